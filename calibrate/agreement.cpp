@@ -1,0 +1,98 @@
+#include "calibrate/agreement.h"
+
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+
+namespace graintruth::calibrate {
+
+namespace {
+
+using StudentT = boost::math::students_t_distribution<double>;
+
+struct Tally {
+  int passed = 0;
+  int made = 0;
+};
+
+Tally test_pose(const std::array<Spread, 3>& spreads,
+                const datasets::Pose& simulated,
+                Critical critical) {
+  Tally tally;
+  for (const Quantity quantity : quantities) {
+    const Spread& spread = spreads[static_cast<std::size_t>(quantity)];
+    const double value = value_of(simulated, quantity);
+    if (spread.count < 2) continue;
+    ++tally.made;
+    // |x - mean| <= c s / sqrt(n), eq 4.2
+    const double half_width = critical_value(critical, spread.count) * spread.standard_deviation /
+                              std::sqrt(spread.count);
+    if (std::abs(difference(quantity, value, spread.mean)) <= half_width) ++tally.passed;
+  }
+  return tally;
+}
+
+}  // namespace
+
+double critical_value(Critical critical, int replicates) {
+  if (critical == Critical::thesis_196) return 1.96;
+  return boost::math::quantile(StudentT(replicates - 1), 0.975);
+}
+
+ParticleAgreement score_ranks(int particle, const std::array<int, 4>& frames_of_rank) {
+  ParticleAgreement scored{.particle = particle, .frames_of_rank = frames_of_rank};
+  int frames = 0;
+  for (int rank = 0; rank < 4; ++rank) {
+    scored.points += rank * frames_of_rank[static_cast<std::size_t>(rank)];
+    frames += frames_of_rank[static_cast<std::size_t>(rank)];
+  }
+  scored.percent = frames == 0 ? 0.0 : 100.0 * scored.points / (3.0 * frames);
+  return scored;
+}
+
+Agreement agreement(const Band& replicates,
+                    const datasets::Trajectories& simulated,
+                    Critical critical,
+                    std::size_t first_frame) {
+  Agreement result;
+  result.ranks.assign(replicates.spreads.size(), -1);
+  Tally total;
+  for (std::size_t particle = 0; particle < static_cast<std::size_t>(replicates.particles);
+       ++particle) {
+    std::array<int, 4> frames_of_rank = {};
+    for (std::size_t frame = first_frame; frame < replicates.frames(); ++frame) {
+      const std::size_t i = replicates.index(frame, particle);
+      const Tally tally = test_pose(replicates.spreads[i], simulated.poses[i], critical);
+      if (tally.made == 0) continue;
+      total.passed += tally.passed;
+      total.made += tally.made;
+      result.ranks[i] = tally.passed;
+      ++frames_of_rank[static_cast<std::size_t>(tally.passed)];
+    }
+    result.per_particle.push_back(score_ranks(static_cast<int>(particle) + 1, frames_of_rank));
+  }
+  result.percent = total.made == 0 ? 0.0 : 100.0 * total.passed / total.made;
+  return result;
+}
+
+double ceiling_percent(int replicates, int runs, Critical critical) {
+  const double spread = runs == 0 ? 1.0 : std::sqrt(1.0 + static_cast<double>(replicates) / runs);
+  const double t = critical_value(critical, replicates) / spread;
+  return 100.0 *
+         (1.0 - 2.0 * boost::math::cdf(boost::math::complement(StudentT(replicates - 1), t)));
+}
+
+double leave_one_out_percent(std::span<const datasets::Trajectories> replicates,
+                             Critical critical) {
+  if (replicates.size() < 3) return std::numeric_limits<double>::quiet_NaN();
+  double sum = 0.0;
+  std::vector<int> weights(replicates.size(), 1);
+  for (std::size_t left_out = 0; left_out < replicates.size(); ++left_out) {
+    weights[left_out] = 0;
+    sum += agreement(measure(replicates, weights), replicates[left_out], critical).percent;
+    weights[left_out] = 1;
+  }
+  return sum / static_cast<double>(replicates.size());
+}
+
+}  // namespace graintruth::calibrate

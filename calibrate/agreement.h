@@ -1,0 +1,53 @@
+// The thesis's degree of agreement (section 4.2.3, eqs 4.2-4.3, Table 4.2): how many of x, z and
+// angle of the simulation lie inside the replicates' interval, per particle and frame; and what
+// such a score can be at best.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "calibrate/measure.h"
+
+namespace graintruth::calibrate {
+
+// Half width of the 95 % interval of the mean, in units of s / sqrt(n): the thesis's 1.96, or
+// Student's t(0.975, n - 1), which is what "95 %" asks for when s comes from n values.
+enum class Critical { thesis_196, student_t };
+double critical_value(Critical critical, int replicates);
+
+// A row of Table 4.2.
+struct ParticleAgreement {
+  int particle = 0;                        // from 1
+  std::array<int, 4> frames_of_rank = {};  // frames in which 0, 1, 2, 3 quantities lie inside
+  int points = 0;                          // eq 4.3: sum of rank x frames
+  double percent = 0.0;                    // of 3 points a frame
+};
+
+struct Agreement {
+  double percent = 0.0;  // interval tests passed, of all that could be made
+  std::vector<ParticleAgreement> per_particle;
+  std::vector<int> ranks;  // 0..3, frame-major; -1 where the particle was not measured
+};
+
+// Eq 4.3 and its percentage for given counts of frames at each rank.
+ParticleAgreement score_ranks(int particle, const std::array<int, 4>& frames_of_rank);
+
+// Ranks `simulated` against mean +- critical s / sqrt(n) of the replicates. Frames before
+// `first_frame` are left out (the first frame's spread is only that of placing). No floor under the
+// interval: this is eq 4.2 as it stands.
+Agreement agreement(const Band& replicates,
+                    const datasets::Trajectories& simulated,
+                    Critical critical,
+                    std::size_t first_frame = 0);
+
+// Expected percentage for a perfect model averaged over `runs` runs, with n replicates (runs = 0:
+// the true mean). The difference of the two means over s / sqrt(n) is sqrt(1 + n / runs) times
+// Student's t with n - 1 degrees of freedom.
+double ceiling_percent(int replicates, int runs, Critical critical);
+
+// Mean score of each replicate against the interval of the others: what a repeat of the experiment
+// itself scores. NaN with fewer than three replicates.
+double leave_one_out_percent(std::span<const datasets::Trajectories> replicates, Critical critical);
+
+}  // namespace graintruth::calibrate

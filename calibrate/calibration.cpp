@@ -1,0 +1,395 @@
+#include "calibrate/calibration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "calibrate/optimiser.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr double design_share = 0.4;     // of the budget goes to the low-discrepancy design
+constexpr double polish_step = 0.1;      // of each range; first step of the local search
+constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
+constexpr std::array<double, 3> effect_levels = {
+    0.0, 0.5, 1.0};  // low, middle, high in the unit range
+// 95 % quantile of the range of three standard normal values (Pearson and Hartley 1966, table 22).
+constexpr double range_of_three_95 = 3.31;
+constexpr std::array<double, 4> thesis_frictions = {0.0, 0.1, 0.2, 0.35};  // section 4.2.2
+
+// One calibration under way: the options, the growing result, and what every stage needs of both.
+class Calibrator {
+ public:
+  Calibrator(const Problem& problem, Ensemble& ensemble, const CalibrationOptions& options)
+      : problem_(problem),
+        ensemble_(ensemble),
+        options_(options),
+        search_seeds_(make_seeds(options.seed, "search", options.search_seeds)),
+        space_(problem.experiment.tuned, bench_parameters(problem.experiment)) {}
+
+  CalibrationResult run() {
+    timed("time step", [&] { choose_step(); });
+    timed("design", [&] { explore(); });
+    timed("effects", [&] { find_effects(); });
+    timed("polish", [&] { polish(); });
+    timed("uncertainty", [&] { find_uncertainty(); });
+    timed("confirmation", [&] { confirm(); });
+    timed("friction series", [&] { vary_friction(); });
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  void timed(const char* name, const std::function<void()>& stage) {
+    const auto start = std::chrono::steady_clock::now();
+    stage_ = name;
+    stage();
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    result_.stages.push_back({name, taken.count()});
+  }
+
+  SimulationProgress reporter() {
+    return [this](int done, int total, bool) {
+      if (!options_.progress) return;
+      options_.progress(stage_,
+                        static_cast<int>(result_.evaluations.size()),
+                        options_.budget,
+                        static_cast<double>(done) / total,
+                        result_.evaluations.empty() ? std::nan("") : best().objective);
+    };
+  }
+
+  // Counts what a batch cost, and gives up when too much of it fails.
+  void count(std::span<const Evaluation> evaluations) {
+    for (const Evaluation& evaluation : evaluations) {
+      result_.simulations += static_cast<int>(evaluation.runs.size());
+      result_.failed += evaluation.failed;
+    }
+    if (result_.simulations >= 2 * options_.search_seeds &&
+        result_.failed > options_.allowed_failures * result_.simulations) {
+      throw TooManyFailures(
+          fmt::format("{} of {} simulations failed ({}); check the rig's walls and starting places "
+                      "with 'graintruth track', or "
+                      "lower the bounds.",
+                      result_.failed,
+                      result_.simulations,
+                      first_complaint(evaluations)));
+    }
+  }
+
+  static std::string first_complaint(std::span<const Evaluation> evaluations) {
+    for (const Evaluation& evaluation : evaluations) {
+      for (const SimulatedRun& run : evaluation.runs) {
+        if (run.status != RunStatus::completed) return run.message;
+      }
+    }
+    return "in earlier stages";
+  }
+
+  std::vector<Evaluation> search(const char* stage, const std::vector<ParameterSet>& places) {
+    std::vector<EvaluationPoint> points;
+    for (const ParameterSet& place : places) points.push_back({place, result_.time_step.fraction});
+    std::vector<Evaluation> evaluations =
+        ensemble_.evaluate(stage, points, search_seeds_, reporter());
+    count(evaluations);
+    result_.evaluations.insert(result_.evaluations.end(), evaluations.begin(), evaluations.end());
+    return evaluations;
+  }
+
+  const Evaluation& best() const {
+    return *std::min_element(
+        result_.evaluations.begin(), result_.evaluations.end(), [](const auto& a, const auto& b) {
+          return a.objective < b.objective;
+        });
+  }
+
+  int budget_left() const { return options_.budget - static_cast<int>(result_.evaluations.size()); }
+
+  // 1. The time step, at the centre of the box and half way from there to its lower corner, where
+  // particles move more.
+  void choose_step() {
+    std::vector<ParameterSet> places;
+    for (const double level : {0.5, 0.25})
+      places.push_back(space_.from_unit(UnitPoint(space_.dimension(), level)));
+    result_.time_step = choose_time_step(
+        ensemble_, places, options_.largest_time_step_fraction, search_seeds_, reporter());
+    for (const TimeStepRow& row : result_.time_step.rows) {
+      result_.simulations += options_.search_seeds;
+      result_.failed += row.failed;
+    }
+    if (!result_.time_step.converged) {
+      result_.warnings.push_back(
+          fmt::format("The objective still changes by {:.3g} at the smallest time step tried "
+                      "(fraction {:.3g}): the "
+                      "result depends on the time step.",
+                      result_.time_step.discretisation_error,
+                      result_.time_step.fraction));
+    }
+  }
+
+  // 2. A low-discrepancy design: above some friction particles jam, so the objective is not
+  // unimodal and a local search
+  //    alone would end where it began.
+  void explore() {
+    if (space_.dimension() == 0) return;
+    const int points = std::max(8, static_cast<int>(std::lround(design_share * options_.budget)));
+    std::vector<ParameterSet> places;
+    for (const UnitPoint& point :
+         low_discrepancy_points(points, space_.dimension(), options_.seed)) {
+      places.push_back(space_.from_unit(point));
+    }
+    search("design", places);
+  }
+
+  // 3. What each parameter does on its own, from the best point so far: its range of the objective
+  // against the range that
+  //    seeds alone would give. What shows no effect is held at its bench value.
+  void find_effects() {
+    const ParameterSet bench = bench_parameters(problem_.experiment);
+    for (const std::string_view name : parameter_names) {
+      result_.calibrated.push_back({.name = std::string(name),
+                                    .value = value_of(bench, name),
+                                    .bench = value_of(bench, name)});
+    }
+    const ParameterSpace full = space_;
+    if (full.dimension() == 0) return;
+    const ParameterSet start = best().parameters;
+    for (std::size_t d = 0; d < full.dimension(); ++d) {
+      const datasets::TunedParameter& tuned = full.tuned()[d];
+      std::vector<ParameterSet> places;
+      for (const double level : effect_levels) {
+        UnitPoint point = full.to_unit(start);
+        point[d] = level;
+        places.push_back(full.from_unit(point));
+      }
+      record_effect(tuned, search("effects", places));
+    }
+  }
+
+  void record_effect(const datasets::TunedParameter& tuned, const std::vector<Evaluation>& levels) {
+    double lowest = levels.front().objective;
+    double highest = lowest;
+    double variance = 0.0;
+    for (const Evaluation& level : levels) {
+      lowest = std::min(lowest, level.objective);
+      highest = std::max(highest, level.objective);
+      const double noise = objective_noise(problem_.target, level.runs);
+      variance += noise * noise / static_cast<double>(levels.size());
+    }
+    CalibratedParameter& parameter = calibrated(tuned.name);
+    parameter.lower_bound = tuned.lower;
+    parameter.upper_bound = tuned.upper;
+    parameter.effect = highest - lowest;
+    parameter.effect_noise = range_of_three_95 * std::sqrt(variance);
+    if (parameter.effect < parameter.effect_noise) {
+      parameter.status = ParameterStatus::not_identified;
+      space_ = space_.with_fixed(tuned.name, parameter.bench);
+    } else {
+      parameter.status = ParameterStatus::tuned;
+    }
+  }
+
+  CalibratedParameter& calibrated(std::string_view name) {
+    for (CalibratedParameter& parameter : result_.calibrated) {
+      if (parameter.name == name) return parameter;
+    }
+    throw std::logic_error("no such parameter");
+  }
+
+  // 4. Two local searches from the best points of two basins.
+  void polish() {
+    result_.stop_reason = "nothing to tune";
+    if (space_.dimension() == 0) return;
+    const std::vector<UnitPoint> starts = distinct_starts();
+    for (std::size_t i = 0; i < starts.size() && budget_left() > 0; ++i) {
+      const int searches_left = static_cast<int>(starts.size() - i);
+      const OptimiserOptions options{
+          .max_evaluations = std::max(1, budget_left() / searches_left),
+          .initial_step = polish_step,
+          .objective_tolerance = 0.5 * objective_noise(problem_.target, best().runs)};
+      const OptimiserSummary summary = minimise(
+          [&](const UnitPoint& point) {
+            return search("polish", {space_.from_unit(point)}).front().objective;
+          },
+          starts[i],
+          options);
+      result_.stop_reason = summary.stop_reason;
+    }
+  }
+
+  std::vector<UnitPoint> distinct_starts() const {
+    std::vector<const Evaluation*> ranked;
+    for (const Evaluation& evaluation : result_.evaluations) ranked.push_back(&evaluation);
+    std::stable_sort(
+        ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
+    std::vector<UnitPoint> starts;
+    for (const Evaluation* evaluation : ranked) {
+      UnitPoint point = space_.to_unit(evaluation->parameters);
+      const bool is_new = std::all_of(starts.begin(), starts.end(), [&](const UnitPoint& other) {
+        double distance = 0.0;
+        for (std::size_t d = 0; d < point.size(); ++d)
+          distance = std::max(distance, std::abs(point[d] - other[d]));
+        return distance > basin_distance;
+      });
+      if (is_new) starts.push_back(std::move(point));
+      if (starts.size() == 2) break;
+    }
+    return starts;
+  }
+
+  // 5. The bootstrap over replicates and seeds, on the runs that there are.
+  void find_uncertainty() {
+    if (space_.dimension() == 0) return;
+    result_.bootstrap = bootstrap_minimum(
+        problem_, result_.evaluations, space_, {.seed = options_.seed, .jobs = options_.jobs});
+    for (const auto& tuned : space_.tuned()) result_.identified.push_back(tuned.name);
+  }
+
+  // 6. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
+  // between the two, and
+  //    further fresh seeds give the score, so that no choice enters it.
+  void confirm() {
+    result_.parameters = space_.from_unit(UnitPoint(space_.dimension(), 0.5));
+    if (result_.bootstrap) {
+      const std::vector<EvaluationPoint> candidates = {
+          {space_.from_unit(space_.to_unit(best().parameters)), result_.time_step.fraction},
+          {space_.from_unit(result_.bootstrap->minimum), result_.time_step.fraction}};
+      const auto seeds = make_seeds(options_.seed, "choice", 2 * options_.confirmation_seeds);
+      const std::vector<Evaluation> evaluations =
+          ensemble_.evaluate("confirmation", candidates, seeds, reporter());
+      count(evaluations);
+      result_.parameters =
+          evaluations[evaluations[1].objective <= evaluations[0].objective ? 1 : 0].parameters;
+    }
+    result_.score = score(problem_,
+                          ensemble_,
+                          "confirmation",
+                          {result_.parameters, result_.time_step.fraction},
+                          make_seeds(options_.seed, "confirmation", options_.confirmation_seeds),
+                          reporter());
+    count({&result_.score.evaluation, 1});
+    result_.context = score_context(problem_, options_.confirmation_seeds);
+    result_.objective_noise = objective_noise(problem_.target, result_.score.evaluation.runs);
+  }
+
+  // 7. The thesis's four frictions, for its figure 4.4.
+  void vary_friction() {
+    const datasets::Trajectories measured = mean_track(problem_.target.replicates);
+    const auto seeds = make_seeds(options_.seed, "confirmation", options_.confirmation_seeds);
+    std::vector<EvaluationPoint> points;
+    for (const double friction : thesis_frictions) {
+      ParameterSet parameters = result_.parameters;
+      parameters.friction_particle_particle = friction;
+      points.push_back({parameters, result_.time_step.fraction});
+    }
+    const std::vector<Evaluation> evaluations =
+        ensemble_.evaluate("friction", points, seeds, reporter());
+    count(evaluations);
+    for (const Evaluation& evaluation : evaluations) {
+      if (evaluation.mean.poses.empty()) continue;
+      std::vector<double> single;
+      for (const auto& track : completed_tracks(evaluation.runs))
+        single.push_back(rms_position(track, measured));
+      double mean = 0.0;
+      for (const double value : single) mean += value / static_cast<double>(single.size());
+      double squares = 0.0;
+      for (const double value : single) squares += (value - mean) * (value - mean);
+      result_.friction_rows.push_back(
+          {evaluation.parameters.friction_particle_particle,
+           rms_position(evaluation.mean, measured),
+           single.size() < 2 ? 0.0 : std::sqrt(squares / static_cast<double>(single.size() - 1)),
+           agreement(problem_.target.replicates, evaluation.mean, Critical::student_t).percent});
+    }
+  }
+
+  // 8. Values, intervals and what must be said of them.
+  void finish() {
+    for (CalibratedParameter& parameter : result_.calibrated) {
+      parameter.value = value_of(result_.parameters, parameter.name);
+      const auto at =
+          std::find(result_.identified.begin(), result_.identified.end(), parameter.name);
+      if (at != result_.identified.end()) {
+        give_interval(
+            parameter,
+            result_.bootstrap->interval[static_cast<std::size_t>(at - result_.identified.begin())]);
+      }
+      if (parameter.status == ParameterStatus::not_identified) {
+        result_.warnings.push_back(
+            fmt::format("{} is not identified: over its full range the objective moves by {:.3g}, "
+                        "and seeds alone move it by {:.3g}; it "
+                        "is held at its bench value {:.3g}.",
+                        parameter.name,
+                        parameter.effect,
+                        parameter.effect_noise,
+                        parameter.bench));
+      }
+    }
+    if (result_.failed > 0) {
+      result_.warnings.push_back(
+          fmt::format("{} of {} simulations did not complete and were scored as a model in which "
+                      "nothing moves.",
+                      result_.failed,
+                      result_.simulations));
+    }
+  }
+
+  void give_interval(CalibratedParameter& parameter, const Interval& unit) {
+    const double range = parameter.upper_bound - parameter.lower_bound;
+    // The value may be that of the best evaluation rather than the surrogate's minimum: the
+    // interval holds both.
+    Interval interval{parameter.lower_bound + unit.lower * range,
+                      parameter.lower_bound + unit.upper * range};
+    interval.lower = std::min(interval.lower, parameter.value);
+    interval.upper = std::max(interval.upper, parameter.value);
+    parameter.interval = interval;
+    const double near = 0.005 * range;
+    if (parameter.value <= parameter.lower_bound + near ||
+        parameter.value >= parameter.upper_bound - near) {
+      parameter.status = ParameterStatus::at_bound;
+    }
+    if (interval.upper >= parameter.upper_bound - near) {
+      result_.warnings.push_back(
+          fmt::format("{} is not bounded above by these data.", parameter.name));
+    }
+    if (interval.lower <= parameter.lower_bound + near && parameter.lower_bound > 0.0) {
+      result_.warnings.push_back(
+          fmt::format("{} is not bounded below by these data.", parameter.name));
+    }
+  }
+
+  const Problem& problem_;
+  Ensemble& ensemble_;
+  const CalibrationOptions& options_;
+  std::vector<std::uint64_t> search_seeds_;
+  ParameterSpace space_;
+  std::string stage_;
+  CalibrationResult result_;
+};
+
+}  // namespace
+
+std::string_view name_of(ParameterStatus status) {
+  switch (status) {
+    case ParameterStatus::tuned:
+      return "tuned";
+    case ParameterStatus::fixed:
+      return "fixed";
+    case ParameterStatus::at_bound:
+      return "at_bound";
+    case ParameterStatus::not_identified:
+      return "not_identified";
+  }
+  return "";
+}
+
+CalibrationResult calibrate(const Problem& problem,
+                            Ensemble& ensemble,
+                            const CalibrationOptions& options) {
+  return Calibrator(problem, ensemble, options).run();
+}
+
+}  // namespace graintruth::calibrate

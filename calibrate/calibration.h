@@ -1,0 +1,88 @@
+// The main job: parameters that make simulation agree with experiment, in numbered steps.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/score.h"
+#include "calibrate/time_step_gate.h"
+#include "calibrate/uncertainty.h"
+
+namespace graintruth::calibrate {
+
+struct CalibrationOptions {
+  std::uint64_t seed = 1;
+  int jobs = 1;
+  int budget = 80;       // evaluations of the search: design, effects and polish together
+  int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
+  int confirmation_seeds = 10;  // fresh runs whose mean is scored
+  double largest_time_step_fraction = 0.3;
+  double allowed_failures = 0.3;  // share of simulations; above it the calibration gives up
+  // Stage, evaluations done so far, budget of evaluations, share of the present batch that is done,
+  // lowest objective.
+  std::function<void(
+      std::string_view stage, int evaluations, int budget, double batch, double best)>
+      progress;
+};
+
+enum class ParameterStatus { tuned, fixed, at_bound, not_identified };
+std::string_view name_of(ParameterStatus status);
+
+struct CalibratedParameter {
+  std::string name;
+  double value = 0.0;
+  std::optional<Interval> interval;  // 95 %; none where fixed or not identified
+  ParameterStatus status = ParameterStatus::fixed;
+  double bench = 0.0;
+  double lower_bound = 0.0;  // of the search
+  double upper_bound = 0.0;
+  double effect =
+      0.0;  // range of the objective over the parameter's full range, from the best design point
+  double effect_noise = 0.0;  // what range noise alone would give in 95 % of cases
+};
+
+// The thesis's own four frictions (section 4.2.2), all else at the calibrated values.
+struct FrictionRow {
+  double friction = 0.0;
+  double rms_position = 0.0;       // m, of the ensemble mean
+  double single_run_spread = 0.0;  // m, standard deviation of the RMS over single runs
+  double agreement_percent = 0.0;  // Student
+};
+
+struct StageTime {
+  std::string name;
+  double seconds = 0.0;
+};
+
+struct CalibrationResult {
+  ParameterSet parameters;
+  std::vector<CalibratedParameter> calibrated;
+  TimeStepChoice time_step;
+  Score score;
+  ScoreContext context;
+  double objective_noise = 0.0;
+  std::vector<Evaluation> evaluations;  // of the search, in order
+  std::string stop_reason;
+  std::optional<Bootstrap> bootstrap;
+  std::vector<std::string> identified;  // the names that the bootstrap's dimensions stand for
+  std::vector<FrictionRow> friction_rows;
+  int simulations = 0;
+  int failed = 0;
+  std::vector<std::string> warnings;
+  std::vector<StageTime> stages;
+};
+
+// Thrown when more simulations fail than allowed; what() says what to try.
+struct TooManyFailures : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Deterministic in the problem, the options and the ensemble's simulator; resumes by being run
+// again on the same journal.
+CalibrationResult calibrate(const Problem& problem,
+                            Ensemble& ensemble,
+                            const CalibrationOptions& options);
+
+}  // namespace graintruth::calibrate

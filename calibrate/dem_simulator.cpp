@@ -1,0 +1,187 @@
+#include "calibrate/dem_simulator.h"
+
+#include <fmt/format.h>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "sim/relaxation.h"
+#include "sim/simulation.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr int particle_material = 0;
+constexpr int wall_material = 1;
+
+// Settling only has to bring the particles to rest, so its collisions are as dead as the model
+// allows without stiffening the contact.
+constexpr double settling_restitution = 0.2;
+
+// The scene of the experiment, without particles.
+sim::Scene empty_rig(const datasets::Experiment& experiment,
+                     const ParameterSet& parameters,
+                     double restitution) {
+  sim::Scene scene;
+  scene.planar = true;
+  scene.gravity = sim::Vec3(0.0, 0.0, -experiment.rig.gravity);
+  scene.add_material({experiment.material.elastic_modulus, experiment.material.poisson_ratio});
+  scene.add_material(sim::rigid_material());
+  scene.surfaces.set(
+      particle_material, particle_material, {parameters.friction_particle_particle, restitution});
+  scene.surfaces.set(
+      particle_material, wall_material, {parameters.friction_particle_wall, restitution});
+  std::vector<sim::ElementSphere> spheres;
+  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+    spheres.push_back({sim::Vec3(sphere.offset, 0.0, 0.0), sphere.radius});
+  }
+  scene.add_type(
+      sim::make_clump(std::move(spheres), {.mass = experiment.particle.mass}, particle_material));
+  for (const datasets::Wall& wall : experiment.rig.walls) {
+    scene.add_wall(
+        sim::segment_wall({wall.from_x, wall.from_z}, {wall.to_x, wall.to_z}, {}, wall_material));
+  }
+  if (const auto& piston = experiment.rig.piston) {
+    const sim::WallMotion motion{.velocity = sim::Vec3(0.0, 0.0, piston->velocity_z),
+                                 .start_time = 0.0};
+    scene.add_wall(sim::segment_wall({piston->left_x, piston->face_z},
+                                     {piston->right_x, piston->face_z},
+                                     motion,
+                                     wall_material));
+  }
+  return scene;
+}
+
+// The mean first poses plus a draw of their spread.
+void place_particles(const StartPoses& starts, std::uint64_t seed, sim::Scene& scene) {
+  boost::random::mt19937_64 generator(seed);
+  boost::random::normal_distribution<double> normal;
+  const datasets::Pose& spread = starts.standard_deviation;
+  for (const datasets::Pose& mean : starts.mean) {
+    const double x = mean.x + spread.x * normal(generator);
+    const double z = mean.z + spread.z * normal(generator);
+    const double angle = mean.angle + spread.angle * normal(generator);
+    scene.add_planar_body(0, {x, z}, angle);
+  }
+}
+
+// The fastest collision that must be resolved: a fall by the largest ball's diameter.
+double impact_speed(const datasets::Experiment& experiment) {
+  double radius = 0.0;
+  for (const datasets::AxialSphere& sphere : experiment.particle.spheres)
+    radius = std::max(radius, sphere.radius);
+  return std::sqrt(2.0 * experiment.rig.gravity * 2.0 * radius);
+}
+
+sim::SimulationOptions simulation_options(const datasets::Experiment& experiment, double fraction) {
+  sim::SimulationOptions options;
+  options.time_step.fraction = fraction;
+  options.time_step.impact_speed = impact_speed(experiment);
+  return options;
+}
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1.0e-9 * static_cast<double>(now.tv_nsec);
+}
+
+RunStatus status_of(sim::RunStatus status) {
+  switch (status) {
+    case sim::RunStatus::completed:
+      return RunStatus::completed;
+    case sim::RunStatus::unstable:
+      return RunStatus::unstable;
+    case sim::RunStatus::timed_out:
+      return RunStatus::timed_out;
+  }
+  return RunStatus::unstable;
+}
+
+SimulatedRun simulate(const datasets::Experiment& experiment,
+                      const StartPoses& starts,
+                      const DemSimulatorOptions& options,
+                      const SimulationRequest& request) {
+  const double started = thread_seconds();
+  const std::vector<double> times =
+      measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
+  SimulatedRun run;
+  run.trajectories = datasets::make_trajectories(times.size(), experiment.particle.count, false);
+  run.trajectories.time = times;
+  const auto ended_well = [&](const sim::RunSummary& summary) {
+    if (options.stop && options.stop()) throw Interrupted();
+    run.status = status_of(summary.status);
+    run.message = summary.message;
+    run.time_step = summary.time_step;
+    run.seconds = thread_seconds() - started;
+    return run.status == RunStatus::completed;
+  };
+  sim::Sampling sampling;
+  sampling.should_stop = [&] {
+    return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
+  };
+
+  // 1. Particles where the films show them, moved apart where measured poses overlap
+  const ParameterSet& parameters = request.parameters;
+  sim::Scene scene =
+      empty_rig(experiment, parameters, std::min(settling_restitution, parameters.restitution));
+  place_particles(starts, request.seed, scene);
+  const sim::RelaxationSummary relaxed = sim::relax_overlaps(scene);
+  if (!relaxed.converged) {
+    run.status = RunStatus::unstable;
+    run.message = fmt::format("the starting poses cannot be freed of overlap ({:.2g} m is left)",
+                              relaxed.overlap_after);
+    return run;
+  }
+
+  // 2. Rest on the still piston, with the friction of this run. Simulated time is film time plus
+  // the settling time.
+  for (sim::Wall& wall : scene.walls) wall.motion.start_time = options.settling_time;
+  sim::Simulation simulation(scene, simulation_options(experiment, request.time_step_fraction));
+  if (!ended_well(simulation.run_until(options.settling_time, sampling))) return run;
+  simulation.set_surfaces(particle_material,
+                          particle_material,
+                          {parameters.friction_particle_particle, parameters.restitution});
+  simulation.set_surfaces(particle_material,
+                          wall_material,
+                          {parameters.friction_particle_wall, parameters.restitution});
+
+  // 3. The piston sinks; what is seen at each frame is kept
+  std::size_t frame = 0;
+  sampling.interval = experiment.measurement.frame_interval;
+  sampling.observer = [&](const sim::State& state) {
+    if (frame >= times.size()) return;
+    for (std::size_t particle = 0; particle < state.position.size(); ++particle) {
+      run.trajectories.poses[run.trajectories.index(frame, particle)] = {
+          state.position[particle].x(),
+          state.position[particle].z(),
+          state.picture_angle[particle]};
+    }
+    ++frame;
+  };
+  ended_well(simulation.run_until(options.settling_time + times.back(), sampling));
+  return run;
+}
+
+}  // namespace
+
+Simulator make_dem_simulator(const datasets::Experiment& experiment,
+                             const StartPoses& starts,
+                             const DemSimulatorOptions& options) {
+  return [experiment, starts, options](const SimulationRequest& request) {
+    return simulate(experiment, starts, options, request);
+  };
+}
+
+double largest_time_step_fraction(const datasets::Experiment& experiment) {
+  sim::Scene scene = empty_rig(experiment, {}, 1.0);
+  scene.add_planar_body(0, {0.0, 0.0}, 0.0);
+  const sim::TimeStepOptions options{.fraction = 1.0, .impact_speed = impact_speed(experiment)};
+  return sim::choose_time_step(scene, options) / sim::critical_time_step(scene);
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,268 @@
+#include "calibrate/journal.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <cstring>
+#include <mutex>
+#include <tuple>
+
+#include "datasets/input_error.h"
+#include "datasets/table.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr const char* schema =
+    "CREATE TABLE IF NOT EXISTS simulation ("
+    " id INTEGER PRIMARY KEY, problem TEXT NOT NULL, stage TEXT NOT NULL,"
+    " friction_particle_particle REAL NOT NULL, friction_particle_wall REAL NOT NULL,"
+    " restitution REAL NOT NULL, time_step_fraction REAL NOT NULL, seed INTEGER NOT NULL,"
+    " status TEXT NOT NULL, message TEXT NOT NULL, objective REAL, agreement_percent REAL,"
+    " time_step_s REAL NOT NULL, seconds REAL NOT NULL,"
+    " particles INTEGER NOT NULL, times BLOB NOT NULL, poses BLOB NOT NULL,"
+    " UNIQUE (problem, friction_particle_particle, friction_particle_wall, restitution,"
+    "         time_step_fraction, seed));";
+
+constexpr const char* columns =
+    "id, problem, stage, friction_particle_particle, friction_particle_wall, restitution,"
+    " time_step_fraction, seed, status, message, objective, agreement_percent, time_step_s, "
+    "seconds,"
+    " particles, times, poses";
+
+RunStatus status_named(std::string_view name) {
+  for (const RunStatus status : {RunStatus::unstable, RunStatus::timed_out}) {
+    if (name == name_of(status)) return status;
+  }
+  return RunStatus::completed;
+}
+
+// A prepared statement that is finalised when it goes.
+class Statement {
+ public:
+  Statement(sqlite3* database, const std::string& sql) : database_(database) {
+    if (sqlite3_prepare_v2(database, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) refuse();
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void bind(int at, double value) { sqlite3_bind_double(statement_, at, value); }
+  void bind(int at, std::int64_t value) { sqlite3_bind_int64(statement_, at, value); }
+  void bind(int at, const std::string& value) {
+    sqlite3_bind_text(
+        statement_, at, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+  }
+  template <typename Element>
+  void bind(int at, const std::vector<Element>& values) {
+    sqlite3_bind_blob(statement_,
+                      at,
+                      values.data(),
+                      static_cast<int>(values.size() * sizeof(Element)),
+                      SQLITE_TRANSIENT);
+  }
+
+  // True while there is a row.
+  bool step() {
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW && code != SQLITE_DONE) refuse();
+    return code == SQLITE_ROW;
+  }
+
+  double number(int at) const { return sqlite3_column_double(statement_, at); }
+  std::int64_t integer(int at) const { return sqlite3_column_int64(statement_, at); }
+  std::string text(int at) const {
+    return {reinterpret_cast<const char*>(sqlite3_column_text(statement_, at)),
+            static_cast<std::size_t>(sqlite3_column_bytes(statement_, at))};
+  }
+  template <typename Element>
+  std::vector<Element> blob(int at) const {
+    std::vector<Element> values(static_cast<std::size_t>(sqlite3_column_bytes(statement_, at)) /
+                                sizeof(Element));
+    if (!values.empty()) {
+      std::memcpy(
+          values.data(), sqlite3_column_blob(statement_, at), values.size() * sizeof(Element));
+    }
+    return values;
+  }
+
+ private:
+  [[noreturn]] void refuse() const {
+    throw datasets::InputError(fmt::format("{}: the journal cannot be used ({}).",
+                                           sqlite3_db_filename(database_, "main"),
+                                           sqlite3_errmsg(database_)));
+  }
+
+  sqlite3* database_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+JournalRow row_of(const Statement& statement) {
+  JournalRow row;
+  row.id = statement.integer(0);
+  row.problem = statement.text(1);
+  row.stage = statement.text(2);
+  row.request = {{statement.number(3), statement.number(4), statement.number(5)},
+                 statement.number(6),
+                 static_cast<std::uint64_t>(statement.integer(7))};
+  row.run.status = status_named(statement.text(8));
+  row.run.message = statement.text(9);
+  row.objective = statement.number(10);
+  row.agreement_percent = statement.number(11);
+  row.run.time_step = statement.number(12);
+  row.run.seconds = statement.number(13);
+  row.run.trajectories.particles = static_cast<int>(statement.integer(14));
+  row.run.trajectories.time = statement.blob<double>(15);
+  row.run.trajectories.poses = statement.blob<datasets::Pose>(16);
+  return row;
+}
+
+}  // namespace
+
+std::string_view name_of(RunStatus status) {
+  switch (status) {
+    case RunStatus::completed:
+      return "completed";
+    case RunStatus::unstable:
+      return "unstable";
+    case RunStatus::timed_out:
+      return "timed_out";
+  }
+  return "";
+}
+
+struct Journal::Database {
+  sqlite3* handle = nullptr;
+  std::mutex mutex;
+  ~Database() { sqlite3_close(handle); }
+};
+
+Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique<Database>()) {
+  if (sqlite3_open(file.c_str(), &database_->handle) != SQLITE_OK) {
+    throw datasets::InputError(fmt::format("{}: the journal cannot be opened ({}).",
+                                           file.string(),
+                                           sqlite3_errmsg(database_->handle)));
+  }
+  sqlite3_busy_timeout(database_->handle, 10000);
+  // A network file system may refuse WAL; the rollback journal is as safe, only slower.
+  if (Statement wal(database_->handle, "PRAGMA journal_mode=WAL;");
+      !wal.step() || wal.text(0) != "wal") {
+    Statement(database_->handle, "PRAGMA journal_mode=DELETE;").step();
+  }
+  Statement(database_->handle, "PRAGMA synchronous=FULL;").step();
+  Statement(database_->handle, schema).step();
+}
+
+Journal::~Journal() = default;
+
+std::optional<SimulatedRun> Journal::find(const std::string& problem,
+                                          const SimulationRequest& request) {
+  const std::lock_guard lock(database_->mutex);
+  Statement statement(
+      database_->handle,
+      fmt::format("SELECT {} FROM simulation WHERE problem = ? AND friction_particle_particle = ?"
+                  " AND friction_particle_wall = ? AND restitution = ? AND time_step_fraction = ?"
+                  " AND seed = ?;",
+                  columns));
+  statement.bind(1, problem);
+  statement.bind(2, request.parameters.friction_particle_particle);
+  statement.bind(3, request.parameters.friction_particle_wall);
+  statement.bind(4, request.parameters.restitution);
+  statement.bind(5, request.time_step_fraction);
+  statement.bind(6, static_cast<std::int64_t>(request.seed));
+  if (!statement.step()) return std::nullopt;
+  return row_of(statement).run;
+}
+
+void Journal::add(const JournalRow& row) {
+  const std::lock_guard lock(database_->mutex);
+  Statement statement(
+      database_->handle,
+      "INSERT OR IGNORE INTO simulation (problem, stage, friction_particle_particle,"
+      " friction_particle_wall, restitution, time_step_fraction, seed, status, message, objective,"
+      " agreement_percent, time_step_s, seconds, particles, times, poses)"
+      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?);");
+  statement.bind(1, row.problem);
+  statement.bind(2, row.stage);
+  statement.bind(3, row.request.parameters.friction_particle_particle);
+  statement.bind(4, row.request.parameters.friction_particle_wall);
+  statement.bind(5, row.request.parameters.restitution);
+  statement.bind(6, row.request.time_step_fraction);
+  statement.bind(7, static_cast<std::int64_t>(row.request.seed));
+  statement.bind(8, std::string(name_of(row.run.status)));
+  statement.bind(9, row.run.message);
+  statement.bind(10, row.objective);
+  statement.bind(11, row.agreement_percent);
+  statement.bind(12, row.run.time_step);
+  statement.bind(13, row.run.seconds);
+  statement.bind(14, static_cast<std::int64_t>(row.run.trajectories.particles));
+  statement.bind(15, row.run.trajectories.time);
+  statement.bind(16, row.run.trajectories.poses);
+  statement.step();
+}
+
+std::vector<JournalRow> Journal::rows() {
+  const std::lock_guard lock(database_->mutex);
+  Statement statement(database_->handle,
+                      fmt::format("SELECT {} FROM simulation ORDER BY id;", columns));
+  std::vector<JournalRow> rows;
+  while (statement.step()) rows.push_back(row_of(statement));
+  return rows;
+}
+
+std::vector<std::string> Journal::problems() {
+  const std::lock_guard lock(database_->mutex);
+  Statement statement(database_->handle,
+                      "SELECT DISTINCT problem FROM simulation ORDER BY problem;");
+  std::vector<std::string> all;
+  while (statement.step()) all.push_back(statement.text(0));
+  return all;
+}
+
+void write_journal_csv(const std::filesystem::path& file, Journal& journal) {
+  std::vector<JournalRow> rows = journal.rows();
+  const auto key = [](const JournalRow& row) {
+    const SimulationRequest& request = row.request;
+    return std::tuple(row.problem,
+                      request.parameters.friction_particle_particle,
+                      request.parameters.friction_particle_wall,
+                      request.parameters.restitution,
+                      request.time_step_fraction,
+                      request.seed);
+  };
+  std::sort(
+      rows.begin(), rows.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  datasets::Table table({"problem",
+                         "stage",
+                         "friction_particle_particle",
+                         "friction_particle_wall",
+                         "restitution",
+                         "time_step_fraction",
+                         "time_step_s",
+                         "seed",
+                         "status",
+                         "message",
+                         "objective",
+                         "agreement_percent",
+                         "seconds"});
+  for (const JournalRow& row : rows) {
+    table.add({row.problem,
+               row.stage,
+               datasets::number_text(row.request.parameters.friction_particle_particle),
+               datasets::number_text(row.request.parameters.friction_particle_wall),
+               datasets::number_text(row.request.parameters.restitution),
+               datasets::number_text(row.request.time_step_fraction),
+               datasets::number_text(row.run.time_step),
+               std::to_string(row.request.seed),
+               std::string(name_of(row.run.status)),
+               row.run.message,
+               datasets::number_text(row.objective),
+               datasets::number_text(row.agreement_percent),
+               datasets::number_text(row.run.seconds)});
+  }
+  datasets::write_csv(file, table);
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,56 @@
+// The record of simulations: one row each, committed to disk as it ends, so that no run is ever
+// lost or repeated.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/simulator.h"
+
+namespace graintruth::calibrate {
+
+// A row as it is kept. Objective and agreement are those of this single run, for the reader; the
+// calibration computes its own from the trajectories.
+struct JournalRow {
+  std::int64_t id = 0;
+  std::string problem;  // hash of everything that matters besides the request
+  std::string stage;
+  SimulationRequest request;
+  SimulatedRun run;
+  double objective = 0.0;
+  double agreement_percent = 0.0;
+};
+
+// SQLite behind one door (WAL, synchronous FULL: a committed row survives a power cut). Any thread
+// may call it; calls are served one at a time.
+class Journal {
+ public:
+  // Opens or makes the file. Throws datasets::InputError when it cannot be opened or written.
+  explicit Journal(const std::filesystem::path& file);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  // The run of this very problem and request, bit for bit as it was.
+  std::optional<SimulatedRun> find(const std::string& problem, const SimulationRequest& request);
+  // Commits a row; returns when it is on disk. Throws datasets::InputError when the disk refuses.
+  void add(const JournalRow& row);
+  // All rows, in the order of their commits.
+  std::vector<JournalRow> rows();
+  // Problem hashes that occur in the file.
+  std::vector<std::string> problems();
+
+ private:
+  struct Database;
+  std::unique_ptr<Database> database_;
+};
+
+// journal.csv: the plain copy, without trajectories, in an order that does not depend on which
+// thread was first.
+void write_journal_csv(const std::filesystem::path& file, Journal& journal);
+
+}  // namespace graintruth::calibrate

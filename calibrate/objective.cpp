@@ -1,0 +1,107 @@
+#include "calibrate/objective.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/agreement.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr std::size_t pooled_neighbours = 2;  // frames before and after whose variance is pooled
+
+// Root mean square over replicates of the measurement's own standard deviation; 0 where none is
+// known.
+double measurement_error(std::span<const datasets::Trajectories> tracks,
+                         std::size_t i,
+                         Quantity quantity) {
+  double squares = 0.0;
+  int count = 0;
+  for (const datasets::Trajectories& track : tracks) {
+    if (track.sigmas.empty()) continue;
+    const double sigma = value_of(track.sigmas[i], quantity);
+    if (!std::isfinite(sigma)) continue;
+    squares += sigma * sigma;
+    ++count;
+  }
+  return count == 0 ? 0.0 : std::sqrt(squares / count);
+}
+
+// Mean variance over the frames around `frame`.
+double pooled_variance(const Band& band,
+                       std::size_t frame,
+                       std::size_t particle,
+                       std::size_t quantity) {
+  const std::size_t first = frame < pooled_neighbours ? 0 : frame - pooled_neighbours;
+  const std::size_t last = std::min(frame + pooled_neighbours, band.frames() - 1);
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t f = first; f <= last; ++f) {
+    const double sd = band.spreads[band.index(f, particle)][quantity].standard_deviation;
+    if (!std::isfinite(sd)) continue;
+    sum += sd * sd;
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
+// rho(z) = sqrt(1 + (z/2)^2) - 1
+double pseudo_huber(double z) { return std::sqrt(1.0 + 0.25 * z * z) - 1.0; }
+
+}  // namespace
+
+HalfWidths smooth_half_widths(const Band& replicates,
+                              std::span<const datasets::Trajectories> tracks) {
+  // The smallest error that is believed where a track file states none: far below any camera's.
+  constexpr std::array<double, 3> least_error = {1.0e-5, 1.0e-5, 1.0e-4};  // m, m, rad
+  HalfWidths widths;
+  widths.half_width.resize(replicates.spreads.size());
+  for (std::size_t frame = 0; frame < replicates.frames(); ++frame) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(replicates.particles);
+         ++particle) {
+      const std::size_t i = replicates.index(frame, particle);
+      for (std::size_t q = 0; q < quantities.size(); ++q) {
+        const Spread& spread = replicates.spreads[i][q];
+        if (spread.count < 2) continue;
+        const double own = spread.standard_deviation * spread.standard_deviation;
+        const double variance = 0.5 * (own + pooled_variance(replicates, frame, particle, q));
+        const double floor = std::max(measurement_error(tracks, i, quantities[q]), least_error[q]);
+        widths.half_width[i][q] = std::max(
+            critical_value(Critical::student_t, spread.count) * std::sqrt(variance / spread.count),
+            floor);
+      }
+    }
+  }
+  return widths;
+}
+
+double objective(const Band& replicates,
+                 const HalfWidths& widths,
+                 const datasets::Trajectories& simulated_mean) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < replicates.spreads.size(); ++i) {
+    const std::size_t first = i % static_cast<std::size_t>(replicates.particles);
+    for (const Quantity quantity : quantities) {
+      const auto q = static_cast<std::size_t>(quantity);
+      const Spread& measured = replicates.spreads[i][q];
+      if (!(widths.half_width[i][q] > 0.0) || measured.count == 0) continue;
+      double simulated = value_of(simulated_mean.poses[i], quantity);
+      if (!std::isfinite(simulated)) simulated = replicates.spreads[first][q].mean;
+      const double z = difference(quantity, simulated, measured.mean) / widths.half_width[i][q];
+      if (!std::isfinite(z)) continue;
+      sum += pseudo_huber(z);
+      ++count;
+    }
+  }
+  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+}
+
+double objective_of_rest(const Band& replicates, const HalfWidths& widths) {
+  datasets::Trajectories nothing =
+      datasets::make_trajectories(replicates.frames(), replicates.particles, false);
+  return objective(replicates, widths, nothing);
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,153 @@
+#include "calibrate/problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "datasets/input_error.h"
+#include "datasets/run_folder.h"
+#include "datasets/table.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr double still_window = 0.2;  // s before the event in which nothing moves yet
+
+// Changes whenever the simulator or a measuring function gives other numbers for the same input, so
+// that a journal of an older program is never mixed with new runs.
+constexpr const char* numbers_version = "1";
+
+// The mean pose of each particle while it rests, as a one-frame trajectory.
+datasets::Trajectories resting_poses(const datasets::Trajectories& track) {
+  std::vector<datasets::Trajectories> still_frames;
+  for (std::size_t frame = 0; frame < track.frames(); ++frame) {
+    if (track.time[frame] > 0.0 || track.time[frame] < -still_window) continue;
+    datasets::Trajectories one = datasets::make_trajectories(1, track.particles, false);
+    for (std::size_t particle = 0; particle < one.poses.size(); ++particle) {
+      one.poses[particle] = track.poses[track.index(frame, particle)];
+    }
+    still_frames.push_back(std::move(one));
+  }
+  if (still_frames.empty()) return datasets::sample(track, {0.0});
+  return mean_track(measure(still_frames));
+}
+
+void append(std::string& text, double value) { text += datasets::number_text(value) + ";"; }
+
+std::string hash_of(const Problem& problem) {
+  std::string text = numbers_version;
+  const datasets::Experiment& experiment = problem.experiment;
+  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+    append(text, sphere.offset);
+    append(text, sphere.radius);
+  }
+  append(text, experiment.particle.mass);
+  append(text, experiment.material.elastic_modulus);
+  append(text, experiment.material.poisson_ratio);
+  for (const datasets::Wall& wall : experiment.rig.walls) {
+    for (const double value : {wall.from_x, wall.from_z, wall.to_x, wall.to_z}) append(text, value);
+  }
+  if (const auto& piston = experiment.rig.piston) {
+    for (const double value : {piston->face_z, piston->left_x, piston->right_x, piston->velocity_z})
+      append(text, value);
+  }
+  append(text, experiment.rig.gravity);
+  for (const datasets::Pose& pose : problem.starts.mean) {
+    for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
+  }
+  for (const Quantity quantity : quantities)
+    append(text, value_of(problem.starts.standard_deviation, quantity));
+  for (const datasets::Trajectories& replicate : problem.replicates) {
+    for (const double time : replicate.time) append(text, time);
+    for (const datasets::Pose& pose : replicate.poses) {
+      for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
+    }
+  }
+  for (const auto& widths : problem.target.widths.half_width) {
+    for (const double width : widths) append(text, width);
+  }
+  return datasets::content_hash(text);
+}
+
+void check_fit(const datasets::Experiment& experiment,
+               std::span<const datasets::Trajectories> tracks) {
+  const double last = experiment.measurement.frame_interval * (experiment.measurement.frames - 1);
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const datasets::Replicate& replicate = experiment.replicates[i];
+    const std::string& name =
+        (replicate.video.empty() ? replicate.tracks : replicate.video).string();
+    if (tracks[i].particles != experiment.particle.count) {
+      throw datasets::InputError(
+          fmt::format("{}: {} particles are tracked, but the experiment has {}.",
+                      name,
+                      tracks[i].particles,
+                      experiment.particle.count));
+    }
+    const std::vector<double>& time = tracks[i].time;
+    const double step =
+        time.size() < 2 ? 0.0 : (time.back() - time.front()) / static_cast<double>(time.size() - 1);
+    if (time.empty() || time.front() > 0.5 * step || time.back() < last - 0.5 * step) {
+      throw datasets::InputError(
+          fmt::format("{}: the recording spans {:.3f} to {:.3f} s from the start event, but the "
+                      "comparison needs 0 to "
+                      "{:.3f} s; lower measure.frames or film for longer.",
+                      name,
+                      time.empty() ? 0.0 : time.front(),
+                      time.empty() ? 0.0 : time.back(),
+                      last));
+    }
+  }
+}
+
+}  // namespace
+
+StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
+  std::vector<datasets::Trajectories> resting;
+  for (const datasets::Trajectories& track : tracks) resting.push_back(resting_poses(track));
+  const Band band = measure(resting);
+  StartPoses starts;
+  std::array<double, 3> variance = {};
+  std::array<int, 3> count = {};
+  for (const auto& spreads : band.spreads) {
+    starts.mean.push_back({spreads[0].mean, spreads[1].mean, spreads[2].mean});
+    for (std::size_t q = 0; q < quantities.size(); ++q) {
+      const double sd = spreads[q].standard_deviation;
+      if (!std::isfinite(sd)) continue;
+      variance[q] += sd * sd;
+      ++count[q];
+    }
+  }
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    if (count[q] > 0) variance[q] /= count[q];
+  }
+  starts.standard_deviation = {
+      std::sqrt(variance[0]), std::sqrt(variance[1]), std::sqrt(variance[2])};
+  return starts;
+}
+
+Problem make_problem(const datasets::Experiment& experiment,
+                     std::span<const datasets::Trajectories> tracks) {
+  check_fit(experiment, tracks);
+  Problem problem{.experiment = experiment};
+  const std::vector<double> times =
+      measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
+  for (const datasets::Trajectories& track : tracks)
+    problem.replicates.push_back(datasets::sample(track, times));
+  problem.target.replicates = measure(problem.replicates);
+  problem.target.widths = smooth_half_widths(problem.target.replicates, problem.replicates);
+  problem.starts = measure_starts(tracks);
+  for (std::size_t particle = 0; particle < problem.starts.mean.size(); ++particle) {
+    const datasets::Pose& pose = problem.starts.mean[particle];
+    if (std::isfinite(pose.x) && std::isfinite(pose.z) && std::isfinite(pose.angle)) continue;
+    throw datasets::InputError(
+        fmt::format("{}: particle {} is not seen in any replicate before the start event.",
+                    experiment.file.string(),
+                    particle + 1));
+  }
+  problem.hash = hash_of(problem);
+  return problem;
+}
+
+}  // namespace graintruth::calibrate

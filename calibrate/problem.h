@@ -1,0 +1,41 @@
+// One calibration problem: an experiment and its tracks, measured once, in the form that every
+// stage works from.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibrate/ensemble.h"
+#include "datasets/experiment.h"
+
+namespace graintruth::calibrate {
+
+// How the particles lie before the event: the mean over replicates, and the spread with which
+// replicates were placed.
+struct StartPoses {
+  std::vector<datasets::Pose> mean;  // one a particle
+  datasets::Pose
+      standard_deviation;  // pooled over particles: five values a particle would say little
+};
+
+struct Problem {
+  datasets::Experiment experiment;
+  std::vector<datasets::Trajectories> replicates;  // at the measurement times
+  Target target;
+  StartPoses starts;
+  std::string hash;  // of everything that decides a simulation or its comparison
+};
+
+// `tracks` are the replicates' full tracks, in the order of the experiment file. Throws
+// datasets::InputError when they do not fit the experiment: another number of particles, or a
+// recording that does not reach the last measured frame.
+Problem make_problem(const datasets::Experiment& experiment,
+                     std::span<const datasets::Trajectories> tracks);
+
+// Where the particles rest before the event: per replicate the mean over its still frames (at most
+// the last 0.2 s before time 0; the pose at 0 where the film has none), then mean and spread over
+// replicates.
+StartPoses measure_starts(std::span<const datasets::Trajectories> tracks);
+
+}  // namespace graintruth::calibrate

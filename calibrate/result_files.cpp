@@ -1,0 +1,336 @@
+#include "calibrate/result_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "datasets/table.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;  // keys in the order in which they are written, for readers
+using datasets::number_text;
+using datasets::Table;
+
+Json parameter_json(const CalibratedParameter& parameter) {
+  Json json{{"value", parameter.value}, {"unit", "-"}, {"status", name_of(parameter.status)}};
+  if (parameter.interval) {
+    json["lower"] = parameter.interval->lower;
+    json["upper"] = parameter.interval->upper;
+    json["confidence"] = 0.95;
+    json["method"] = "bootstrap over replicates and seeds";
+  }
+  json["bench_value"] = parameter.bench;
+  if (parameter.upper_bound > parameter.lower_bound) {
+    json["bound_lower"] = parameter.lower_bound;
+    json["bound_upper"] = parameter.upper_bound;
+    json["objective_range"] = parameter.effect;
+    json["objective_range_of_noise"] = parameter.effect_noise;
+  }
+  return json;
+}
+
+Json agreement_json(const Problem& problem, const Score& score, const ScoreContext& context) {
+  Json per_particle = Json::array();
+  for (std::size_t i = 0; i < score.thesis.per_particle.size(); ++i) {
+    const ParticleAgreement& row = score.thesis.per_particle[i];
+    per_particle.push_back({{"particle", row.particle},
+                            {"rank0", row.frames_of_rank[0]},
+                            {"rank1", row.frames_of_rank[1]},
+                            {"rank2", row.frames_of_rank[2]},
+                            {"rank3", row.frames_of_rank[3]},
+                            {"points", row.points},
+                            {"percent", row.percent},
+                            {"percent_student_t", score.student.per_particle[i].percent}});
+  }
+  return {{"percent", score.thesis.percent},
+          {"percent_student_t", score.student.percent},
+          {"ceiling_percent", context.thesis_ceiling},
+          {"ceiling_percent_student_t", context.student_ceiling},
+          {"leave_one_out_percent", context.thesis_leave_one_out},
+          {"leave_one_out_percent_student_t", context.student_leave_one_out},
+          {"replicates", problem.replicates.size()},
+          {"seeds", score.evaluation.runs.size()},
+          {"single_run_median_percent", score.thesis_single_run_median},
+          {"single_run_median_percent_student_t", score.student_single_run_median},
+          {"without_first_frame",
+           {{"percent", score.thesis_without_first_frame}, {"percent_student_t", score.student_without_first_frame}}},
+          {"per_particle", per_particle}};
+}
+
+Json time_step_json(const TimeStepChoice& choice) {
+  Json study = Json::array();
+  for (const TimeStepRow& row : choice.rows) {
+    study.push_back({{"friction_particle_particle", row.parameters.friction_particle_particle},
+                     {"friction_particle_wall", row.parameters.friction_particle_wall},
+                     {"fraction", row.fraction},
+                     {"seconds", row.time_step},
+                     {"objective", row.objective},
+                     {"change", row.change},
+                     {"noise", row.noise},
+                     {"cpu_seconds", row.seconds}});
+  }
+  return {{"fraction", choice.fraction},
+          {"seconds", choice.time_step},
+          {"discretisation_error", choice.discretisation_error},
+          {"converged", choice.converged},
+          {"study", study}};
+}
+
+Json head_json(const Problem& problem, const char* kind) {
+  return {{"status", "done"},
+          {"message", ""},
+          {"experiment", problem.experiment.name},
+          {"title", problem.experiment.title},
+          {"note", problem.experiment.note},
+          {"kind", kind}};
+}
+
+void write_json(const std::filesystem::path& file, const Json& json) { datasets::write_whole(file, json.dump(2) + "\n"); }
+
+void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
+  Json names = Json::array();
+  for (const datasets::Replicate& replicate : problem.experiment.replicates) names.push_back(replicate.name);
+  Json starts = Json::array();
+  for (const datasets::Pose& pose : problem.starts.mean) {
+    starts.push_back({{"x_m", pose.x}, {"z_m", pose.z}, {"angle_rad", pose.angle}});
+  }
+  const Band& band = problem.target.replicates;
+  Json tracks = Json::array();
+  for (std::size_t frame = 0; frame < band.frames(); ++frame) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles); ++particle) {
+      const auto& spreads = band.spreads[band.index(frame, particle)];
+      tracks.push_back({{"time_s", band.time[frame]},
+                        {"particle", particle + 1},
+                        {"x_m", spreads[0].mean},
+                        {"z_m", spreads[1].mean},
+                        {"angle_rad", spreads[2].mean},
+                        {"standard_deviation_x_m", spreads[0].standard_deviation},
+                        {"standard_deviation_z_m", spreads[1].standard_deviation},
+                        {"standard_deviation_angle_rad", spreads[2].standard_deviation},
+                        {"replicates", spreads[0].count}});
+    }
+  }
+  const datasets::Pose& spread = problem.starts.standard_deviation;
+  write_json(folder.measured(),
+             {{"replicates", names},
+              {"particles", band.particles},
+              {"frames", band.time},
+              {"starts", starts},
+              {"start_standard_deviation", {{"x_m", spread.x}, {"z_m", spread.z}, {"angle_rad", spread.angle}}},
+              {"mean_tracks", tracks}});
+}
+
+void write_agreement(const datasets::RunFolder& folder, const Score& score) {
+  Table table({"particle", "rank0", "rank1", "rank2", "rank3", "points", "percent", "percent_student_t"});
+  for (std::size_t i = 0; i < score.thesis.per_particle.size(); ++i) {
+    const ParticleAgreement& row = score.thesis.per_particle[i];
+    std::vector<std::string> cells = {std::to_string(row.particle)};
+    for (const int frames : row.frames_of_rank) cells.push_back(std::to_string(frames));
+    cells.push_back(std::to_string(row.points));
+    cells.push_back(number_text(row.percent));
+    cells.push_back(number_text(score.student.per_particle[i].percent));
+    table.add(std::move(cells));
+  }
+  datasets::write_csv(folder.table("agreement"), table);
+}
+
+void write_ranks(const datasets::RunFolder& folder, const Band& band, const Score& score) {
+  Table table({"frame", "time_s", "particle", "rank", "rank_student_t"});
+  for (std::size_t frame = 0; frame < band.frames(); ++frame) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles); ++particle) {
+      const std::size_t i = band.index(frame, particle);
+      if (score.thesis.ranks[i] < 0) continue;
+      table.add({std::to_string(frame),
+                 number_text(band.time[frame]),
+                 std::to_string(particle + 1),
+                 std::to_string(score.thesis.ranks[i]),
+                 std::to_string(score.student.ranks[i])});
+    }
+  }
+  datasets::write_csv(folder.table("ranks"), table);
+}
+
+// Replicates' mean and 95 % intervals beside the simulated mean and the standard deviation of its single runs.
+void write_bands(const datasets::RunFolder& folder, const Band& band, const Score& score) {
+  constexpr std::array<const char*, 3> names = {"x", "z", "angle"};
+  const Band simulated = measure(completed_tracks(score.evaluation.runs));
+  Table table({"frame",
+               "time_s",
+               "particle",
+               "quantity",
+               "replicate_mean",
+               "lower_196",
+               "upper_196",
+               "lower_t",
+               "upper_t",
+               "simulated_mean",
+               "simulated_lower",
+               "simulated_upper"});
+  for (std::size_t frame = 0; frame < band.frames(); ++frame) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles); ++particle) {
+      const std::size_t i = band.index(frame, particle);
+      for (std::size_t q = 0; q < quantities.size(); ++q) {
+        const Spread& measured = band.spreads[i][q];
+        const double error = measured.standard_deviation / std::sqrt(std::max(1, measured.count));
+        const double z = critical_value(Critical::thesis_196, measured.count) * error;
+        const double t = measured.count < 2 ? std::nan("") : critical_value(Critical::student_t, measured.count) * error;
+        Spread model{.mean = std::nan(""), .standard_deviation = std::nan("")};
+        if (!simulated.spreads.empty()) model = simulated.spreads[i][q];
+        // Drawn on the branch of the measured angle.
+        const double mean = measured.mean + difference(quantities[q], model.mean, measured.mean);
+        table.add({std::to_string(frame),
+                   number_text(band.time[frame]),
+                   std::to_string(particle + 1),
+                   names[q],
+                   number_text(measured.mean),
+                   number_text(measured.mean - z),
+                   number_text(measured.mean + z),
+                   number_text(measured.mean - t),
+                   number_text(measured.mean + t),
+                   number_text(mean),
+                   number_text(mean - model.standard_deviation),
+                   number_text(mean + model.standard_deviation)});
+      }
+    }
+  }
+  datasets::write_csv(folder.table("bands"), table);
+}
+
+void write_evaluations(const datasets::RunFolder& folder, const Problem& problem, const CalibrationResult& result) {
+  Table table({"evaluation",
+               "stage",
+               "friction_particle_particle",
+               "friction_particle_wall",
+               "restitution",
+               "objective",
+               "best",
+               "agreement_percent",
+               "failed",
+               "seconds"});
+  double best = std::numeric_limits<double>::infinity();
+  int number = 0;
+  for (const Evaluation& evaluation : result.evaluations) {
+    best = std::min(best, evaluation.objective);
+    const double percent =
+        evaluation.mean.poses.empty()
+            ? 0.0
+            : agreement(problem.target.replicates, evaluation.mean, Critical::student_t).percent;
+    table.add({std::to_string(++number),
+               evaluation.stage,
+               number_text(evaluation.parameters.friction_particle_particle),
+               number_text(evaluation.parameters.friction_particle_wall),
+               number_text(evaluation.parameters.restitution),
+               number_text(evaluation.objective),
+               number_text(best),
+               number_text(percent),
+               std::to_string(evaluation.failed),
+               number_text(evaluation.seconds)});
+  }
+  datasets::write_csv(folder.table("evaluations"), table);
+}
+
+void write_friction_rows(const datasets::RunFolder& folder, const CalibrationResult& result) {
+  Table table({"friction", "rms_position_m", "spread_m", "agreement_percent"});
+  for (const FrictionRow& row : result.friction_rows) {
+    table.add({number_text(row.friction),
+               number_text(row.rms_position),
+               number_text(row.single_run_spread),
+               number_text(row.agreement_percent)});
+  }
+  datasets::write_csv(folder.table("rms_friction"), table);
+}
+
+void write_bootstrap(const datasets::RunFolder& folder, const CalibrationResult& result) {
+  if (!result.bootstrap) return;
+  std::vector<std::string> columns = {"draw"};
+  columns.insert(columns.end(), result.identified.begin(), result.identified.end());
+  Table table(columns);
+  int number = 0;
+  for (const UnitPoint& draw : result.bootstrap->draws) {
+    std::vector<std::string> cells = {std::to_string(++number)};
+    for (std::size_t d = 0; d < draw.size(); ++d) {
+      const auto at = std::find_if(result.calibrated.begin(), result.calibrated.end(), [&](const auto& parameter) {
+        return parameter.name == result.identified[d];
+      });
+      cells.push_back(number_text(at->lower_bound + draw[d] * (at->upper_bound - at->lower_bound)));
+    }
+    table.add(std::move(cells));
+  }
+  datasets::write_csv(folder.table("bootstrap"), table);
+}
+
+void write_comparison(const datasets::RunFolder& folder, const Problem& problem, const Score& score) {
+  write_measured(folder, problem);
+  write_agreement(folder, score);
+  write_ranks(folder, problem.target.replicates, score);
+  write_bands(folder, problem.target.replicates, score);
+}
+
+}  // namespace
+
+void write_calibration(const datasets::RunFolder& folder,
+                       const Problem& problem,
+                       const CalibrationOptions& options,
+                       const CalibrationResult& result,
+                       double wall_time) {
+  write_comparison(folder, problem, result.score);
+  write_evaluations(folder, problem, result);
+  write_friction_rows(folder, result);
+  write_bootstrap(folder, result);
+
+  Json json = head_json(problem, "calibration");
+  for (const CalibratedParameter& parameter : result.calibrated) {
+    json["parameters"][parameter.name] = parameter_json(parameter);
+  }
+  json["time_step"] = time_step_json(result.time_step);
+  json["agreement"] = agreement_json(problem, result.score, result.context);
+  json["rms_position_m"] = result.score.rms_position;
+  json["objective"] = {{"best", result.score.evaluation.objective},
+                       {"noise", result.objective_noise},
+                       {"search_seeds", options.search_seeds},
+                       {"stop_reason", result.stop_reason}};
+  if (result.bootstrap) {
+    json["objective"]["surrogate_leave_one_out_error"] = result.bootstrap->leave_one_out_error;
+    json["objective"]["surrogate_value_spread"] = result.bootstrap->value_spread;
+  }
+  json["evaluations"] = result.evaluations.size();
+  json["simulations"] = result.simulations;
+  json["failed"] = result.failed;
+  json["wall_time_s"] = wall_time;
+  json["warnings"] = result.warnings;
+  write_json(folder.result(), json);
+}
+
+void write_validation(const datasets::RunFolder& folder,
+                      const Problem& problem,
+                      const ValidationResult& result,
+                      double wall_time) {
+  write_comparison(folder, problem, result.score);
+  Json json = head_json(problem, "validation");
+  const ParameterSet bench = bench_parameters(problem.experiment);
+  for (const std::string_view name : parameter_names) {
+    json["parameters"][std::string(name)] = {{"value", value_of(result.parameters, name)},
+                                             {"unit", "-"},
+                                             {"status", "fixed"},
+                                             {"bench_value", value_of(bench, name)}};
+  }
+  json["time_step"] = {{"fraction", result.time_step_fraction},
+                       {"seconds", result.score.evaluation.runs.front().time_step},
+                       {"discretisation_error", nullptr}};
+  json["agreement"] = agreement_json(problem, result.score, result.context);
+  json["rms_position_m"] = result.score.rms_position;
+  json["objective"] = {{"best", result.score.evaluation.objective},
+                       {"noise", objective_noise(problem.target, result.score.evaluation.runs)}};
+  json["evaluations"] = 1;
+  json["simulations"] = result.score.evaluation.runs.size();
+  json["failed"] = result.score.evaluation.failed;
+  json["wall_time_s"] = wall_time;
+  json["warnings"] = result.warnings;
+  write_json(folder.result(), json);
+}
+
+}  // namespace graintruth::calibrate

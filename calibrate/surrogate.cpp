@@ -1,0 +1,141 @@
+#include "calibrate/surrogate.h"
+
+#include <Eigen/Dense>
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_01.hpp>
+#include <cmath>
+#include <openturns/OT.hxx>
+
+namespace graintruth::calibrate {
+
+namespace {
+
+OT::Sample sample_of(std::span<const UnitPoint> points) {
+  OT::Sample sample(points.size(), points.front().size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t d = 0; d < points[i].size(); ++d) sample(i, d) = points[i][d];
+  }
+  return sample;
+}
+
+}  // namespace
+
+std::vector<UnitPoint> low_discrepancy_points(int count,
+                                              std::size_t dimension,
+                                              std::uint64_t seed) {
+  boost::random::mt19937_64 generator(seed);
+  boost::random::uniform_01<double> uniform;
+  UnitPoint shift(dimension);
+  for (double& offset : shift) offset = uniform(generator);
+  const OT::Sample sequence =
+      OT::SobolSequence(dimension).generate(static_cast<OT::UnsignedInteger>(count));
+  std::vector<UnitPoint> points(static_cast<std::size_t>(count), UnitPoint(dimension));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double moved = sequence(i, d) + shift[d];
+      points[i][d] = moved - std::floor(moved);
+    }
+  }
+  return points;
+}
+
+struct Surrogate::Fit {
+  std::vector<UnitPoint> points;
+  Eigen::VectorXd values;
+  OT::CovarianceModel covariance;
+  Eigen::MatrixXd inverse;   // of K = C(points, points) + noise^2
+  Eigen::RowVectorXd trend;  // 1' K^-1 / (1' K^-1 1): weights of the constant trend
+};
+
+Surrogate::Surrogate(std::vector<UnitPoint> points,
+                     std::span<const double> values,
+                     std::span<const double> noise)
+    : fit_(std::make_unique<Fit>()) {
+  const std::size_t n = points.size();
+  const std::size_t dimension = points.front().size();
+  fit_->points = std::move(points);
+  fit_->values = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(n));
+
+  // 1. Length scales and amplitude by maximum likelihood, with the measured noise
+  const OT::Sample inputs = sample_of(fit_->points);
+  OT::Sample outputs(n, 1);
+  OT::Point variance(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    outputs(i, 0) = values[i];
+    variance[i] = noise[i] * noise[i];
+  }
+  OT::MaternModel model(
+      OT::Point(dimension, 0.5), OT::Point(1, std::max(value_spread(), 1.0e-6)), 2.5);
+  OT::KrigingAlgorithm kriging(inputs, outputs, model, OT::ConstantBasisFactory(dimension).build());
+  kriging.setNoise(variance);
+  // Lengths from a twentieth of the range (below that a value tells nothing of its neighbours) to
+  // ten times the range.
+  kriging.setOptimizationBounds(
+      OT::Interval(OT::Point(dimension, 0.05), OT::Point(dimension, 10.0)));
+  kriging.run();
+  fit_->covariance = kriging.getResult().getCovarianceModel();
+
+  // 2. The linear predictor: K^-1 and the weights of the constant trend
+  Eigen::MatrixXd k(n, n);
+  const OT::CovarianceMatrix discretised = fit_->covariance.discretize(inputs);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      k(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          discretised(i, j) + (i == j ? variance[i] : 0.0);
+    }
+  }
+  const auto size = static_cast<Eigen::Index>(n);
+  fit_->inverse = k.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  fit_->trend = fit_->inverse.colwise().sum() / fit_->inverse.sum();
+}
+
+Surrogate::~Surrogate() = default;
+Surrogate::Surrogate(Surrogate&&) noexcept = default;
+
+std::vector<double> Surrogate::prediction_weights(std::span<const UnitPoint> places) const {
+  const auto n = static_cast<Eigen::Index>(fit_->points.size());
+  const auto m = static_cast<Eigen::Index>(places.size());
+  const OT::Matrix cross =
+      fit_->covariance.computeCrossCovariance(sample_of(places), sample_of(fit_->points));
+  Eigen::MatrixXd c(m, n);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      c(i, j) = cross(static_cast<OT::UnsignedInteger>(i), static_cast<OT::UnsignedInteger>(j));
+    }
+  }
+  // prediction = trend + C K^-1 (values - trend)
+  const Eigen::MatrixXd gain = c * fit_->inverse;
+  const Eigen::VectorXd rest = Eigen::VectorXd::Ones(m) - gain.rowwise().sum();
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
+      gain + rest * fit_->trend;
+  return {weights.data(), weights.data() + weights.size()};
+}
+
+std::vector<double> Surrogate::predict(std::span<const UnitPoint> places) const {
+  const std::vector<double> weights = prediction_weights(places);
+  const std::size_t n = fit_->points.size();
+  std::vector<double> predictions(places.size(), 0.0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      predictions[i] += weights[i * n + j] * fit_->values(static_cast<Eigen::Index>(j));
+    }
+  }
+  return predictions;
+}
+
+double Surrogate::leave_one_out_error() const {
+  // e_i = [K^-1 (y - mu)]_i / [K^-1]_ii, Dubrule (1983), with the trend held.
+  const double mean = fit_->trend.dot(fit_->values);
+  const Eigen::VectorXd residual =
+      (fit_->inverse * (fit_->values.array() - mean).matrix()).array() /
+      fit_->inverse.diagonal().array();
+  return std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size()));
+}
+
+double Surrogate::value_spread() const {
+  const Eigen::ArrayXd centred = fit_->values.array() - fit_->values.mean();
+  return std::sqrt(centred.square().sum() /
+                   std::max<double>(1.0, static_cast<double>(centred.size() - 1)));
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,47 @@
+// A Gaussian process through the evaluations (Kriging, by OpenTURNS), and designs that fill a
+// space. The surrogate smooths the objective's seed noise, finds its minimum and carries the
+// bootstrap; it never supplies a reported score.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace graintruth::calibrate {
+
+using UnitPoint = std::vector<double>;  // a place in the unit cube
+
+// The first `count` points of a Sobol sequence, shifted as a whole by an offset drawn from the seed
+// (Cranley and Patterson 1976), so that designs differ between seeds and stay evenly spread.
+std::vector<UnitPoint> low_discrepancy_points(int count, std::size_t dimension, std::uint64_t seed);
+
+// Kriging with constant trend and Matern 5/2 covariance, one length a dimension, fitted by maximum
+// likelihood.
+class Surrogate {
+ public:
+  // `noise` is the standard deviation of each value that comes from its seeds.
+  Surrogate(std::vector<UnitPoint> points,
+            std::span<const double> values,
+            std::span<const double> noise);
+  ~Surrogate();
+  Surrogate(Surrogate&&) noexcept;
+
+  // Weights w such that a prediction is sum_j w(i, j) value_j, for every place i: row-major places
+  // x points. The prediction is linear in the values, so that a bootstrap needs them only once.
+  std::vector<double> prediction_weights(std::span<const UnitPoint> places) const;
+
+  // Predictions at places, from the values of the fit.
+  std::vector<double> predict(std::span<const UnitPoint> places) const;
+
+  // Root mean square error of leave-one-out predictions, and the standard deviation of the values:
+  // how much of the variation the surrogate explains.
+  double leave_one_out_error() const;
+  double value_spread() const;
+
+ private:
+  struct Fit;
+  std::unique_ptr<Fit> fit_;
+};
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,238 @@
+#include "datasets/experiment.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "datasets/input_error.h"
+#include "datasets/toml_section.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+constexpr Range friction_range{0.0, 5.0, true, "a friction from 0 to 5"};
+constexpr Range restitution_range{0.0, 1.0, false, "a restitution above 0 and at most 1"};
+constexpr Range poisson_range{-1.0, 0.4999, false, "a Poisson ratio above -1 and below 0.5"};
+
+const Range& range_of(const std::string& parameter) {
+  return parameter == "restitution" ? restitution_range : friction_range;
+}
+
+BenchValue read_bench_value(TomlSection& section, const std::string& name) {
+  return {section.quantity(name, plain, range_of(name)),
+          section.optional_quantity(name + "_uncertainty", plain, not_negative).value_or(0.0)};
+}
+
+Particle read_particle(TomlSection section) {
+  Particle particle;
+  particle.count = section.whole_number("count", 1, 100000);
+  particle.mass = section.quantity("mass", mass_units, positive);
+  for (TomlSection& sphere : section.sections("spheres")) {
+    particle.spheres.push_back({sphere.quantity("offset", length_units),
+                                sphere.quantity("radius", length_units, positive)});
+    sphere.finish();
+  }
+  if (particle.spheres.empty()) {
+    section.fail("spheres",
+                 "is missing; write spheres = [{offset_mm = ..., radius_mm = ...}, ...]");
+  }
+  section.finish();
+  return particle;
+}
+
+Material read_material(TomlSection section) {
+  Material material;
+  material.elastic_modulus = section.quantity("elastic_modulus", pressure_units, positive);
+  material.poisson_ratio = section.quantity("poisson_ratio", plain, poisson_range);
+  material.friction_particle_particle = read_bench_value(section, "friction_particle_particle");
+  material.friction_particle_wall = read_bench_value(section, "friction_particle_wall");
+  material.restitution = read_bench_value(section, "restitution");
+  section.finish();
+  return material;
+}
+
+// A flat V hopper above a column in which a piston sinks; the throat is at z = 0, x = +-width/2.
+void read_hopper_column_piston(TomlSection& section, Rig& rig) {
+  const double half = 0.5 * section.quantity("column_width", length_units, positive);
+  const double depth = section.quantity("column_depth", length_units, positive);
+  const double slope = section.quantity("slope_angle", angle_units, positive);
+  const double height = section.quantity("slope_height", length_units, positive);
+  const double speed = section.quantity("piston_speed", speed_units, positive);
+  const double face = section.optional_quantity("piston_start_z", length_units).value_or(0.0);
+  if (slope >= 90.0 * radians_per_degree) {
+    section.fail(section.has("slope_angle_deg") ? "slope_angle_deg" : "slope_angle_rad",
+                 "must be below 90 degrees (measured from the horizontal)");
+  }
+  const double run = height / std::tan(slope);
+  rig.walls = {{"column_left", -half, -depth, -half, 0.0},
+               {"column_right", half, -depth, half, 0.0},
+               {"slope_left", -half, 0.0, -half - run, height},
+               {"slope_right", half, 0.0, half + run, height}};
+  rig.piston = Piston{.face_z = face, .left_x = -half, .right_x = half, .velocity_z = -speed};
+}
+
+void read_walls(TomlSection& section, Rig& rig) {
+  for (TomlSection& wall : section.sections("wall")) {
+    rig.walls.push_back({wall.optional_text("name").value_or(""),
+                         wall.quantity("from_x", length_units),
+                         wall.quantity("from_z", length_units),
+                         wall.quantity("to_x", length_units),
+                         wall.quantity("to_z", length_units)});
+    const Wall& made = rig.walls.back();
+    if (made.from_x == made.to_x && made.from_z == made.to_z) {
+      wall.fail("to_x_m", "makes a wall of no length: from and to are the same point");
+    }
+    wall.finish();
+  }
+  if (auto piston = section.optional_section("piston")) {
+    rig.piston = Piston{.face_z = piston->quantity("face_z", length_units),
+                        .left_x = piston->quantity("left_x", length_units),
+                        .right_x = piston->quantity("right_x", length_units),
+                        .velocity_z = piston->quantity("velocity_z", speed_units)};
+    if (!(rig.piston->left_x < rig.piston->right_x)) {
+      piston->fail("right_x_m", "must lie to the right of left_x");
+    }
+    piston->finish();
+  }
+  if (rig.walls.empty()) section.fail("wall", "is missing; at least one [[rig.wall]] is needed");
+}
+
+Rig read_rig(TomlSection section) {
+  Rig rig;
+  rig.front_back_gap = section.quantity("front_back_gap", length_units, positive);
+  rig.gravity = section.optional_quantity("gravity", acceleration_units, positive).value_or(9.81);
+  const std::string kind = section.text("kind");
+  if (kind == "hopper_column_piston") {
+    read_hopper_column_piston(section, rig);
+  } else if (kind == "walls") {
+    read_walls(section, rig);
+  } else {
+    section.fail("kind",
+                 fmt::format("is '{}', but must be 'hopper_column_piston' or 'walls'", kind));
+  }
+  section.finish();
+  return rig;
+}
+
+Camera read_camera(TomlSection section, bool films) {
+  Camera camera;
+  camera.frame_rate = section.quantity("frame_rate", rate_units, positive);
+  camera.pixel_aspect = section.optional_quantity("pixel_aspect", plain, positive).value_or(1.0);
+  camera.noted_event_time = section.optional_quantity("noted_event", time_units, not_negative);
+  const auto centres = section.rows("fiducials", 2, length_units);
+  if (films || !centres.empty()) {
+    const double diameter = section.quantity("fiducial_diameter", length_units, positive);
+    for (const auto& centre : centres) camera.fiducials.push_back({centre[0], centre[1], diameter});
+    if (camera.fiducials.size() < 4) {
+      section.fail(
+          section.has("fiducials_m") ? "fiducials_m" : "fiducials_mm",
+          fmt::format("gives {} fiducials, but at least 4 are needed to find scale and tilt",
+                      camera.fiducials.size()));
+    }
+  }
+  section.finish();
+  return camera;
+}
+
+std::vector<StartPlace> read_starts(TomlSection& root, int count) {
+  std::vector<StartPlace> starts;
+  for (TomlSection& start : root.sections("start")) {
+    starts.push_back({start.quantity("x", length_units),
+                      start.quantity("z", length_units),
+                      start.optional_quantity("angle", angle_units).value_or(0.0)});
+    start.finish();
+  }
+  if (!starts.empty() && static_cast<int>(starts.size()) != count) {
+    root.fail("start",
+              fmt::format("gives {} starting places for {} particles", starts.size(), count));
+  }
+  return starts;
+}
+
+std::vector<Replicate> read_replicates(TomlSection& root, const std::filesystem::path& folder) {
+  std::vector<Replicate> replicates;
+  std::set<std::string> names;
+  for (TomlSection& section : root.sections("replicate")) {
+    Replicate replicate;
+    const auto video = section.optional_text("video");
+    const auto tracks = section.optional_text("tracks");
+    if (video.has_value() == tracks.has_value()) {
+      section.fail("video", "is needed, or 'tracks': exactly one of the two");
+    }
+    const char* key = video ? "video" : "tracks";
+    const std::filesystem::path path = folder / (video ? *video : *tracks);
+    if (!std::filesystem::is_regular_file(path)) {
+      section.fail(key, fmt::format("names '{}', but there is no such file", path.string()));
+    }
+    (video ? replicate.video : replicate.tracks) = path;
+    replicate.name = section.optional_text("name").value_or(path.stem().string());
+    if (replicate.name.empty() || replicate.name.find('/') != std::string::npos) {
+      section.fail("name", "must be a plain file name");
+    }
+    if (!names.insert(replicate.name).second) {
+      section.fail(section.has("name") ? "name" : key,
+                   fmt::format("makes a second replicate called '{}'", replicate.name));
+    }
+    section.finish();
+    replicates.push_back(std::move(replicate));
+  }
+  if (replicates.size() < 2) {
+    root.fail(
+        "replicate",
+        fmt::format("is given {} time(s), but at least 2 replicates are needed: the spread between "
+                    "them is what the model is compared with",
+                    replicates.size()));
+  }
+  return replicates;
+}
+
+std::vector<TunedParameter> read_tuned(TomlSection section) {
+  std::vector<TunedParameter> tuned;
+  for (const char* name : {"friction_particle_particle", "friction_particle_wall", "restitution"}) {
+    auto bounds = section.optional_section(name);
+    if (!bounds) continue;
+    const TunedParameter parameter{name,
+                                   bounds->quantity("lower", plain, range_of(name)),
+                                   bounds->quantity("upper", plain, range_of(name))};
+    if (!(parameter.lower < parameter.upper)) bounds->fail("upper", "must be above lower");
+    bounds->finish();
+    tuned.push_back(parameter);
+  }
+  section.finish();
+  return tuned;
+}
+
+}  // namespace
+
+Experiment load_experiment(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file);
+  TomlSection root(parsed, file, "");
+  Experiment experiment;
+  experiment.file = file;
+  experiment.name = file.stem() == "experiment" && file.has_parent_path()
+                        ? std::filesystem::absolute(file).parent_path().filename().string()
+                        : file.stem().string();
+  experiment.title = root.text("title");
+  experiment.note = root.optional_text("note").value_or("");
+  experiment.particle = read_particle(root.section("particle"));
+  experiment.material = read_material(root.section("material"));
+  experiment.rig = read_rig(root.section("rig"));
+  experiment.starts = read_starts(root, experiment.particle.count);
+  experiment.replicates = read_replicates(root, file.parent_path());
+  bool films = false;
+  for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
+  experiment.camera = read_camera(root.section("camera"), films);
+  if (auto section = root.optional_section("measure")) {
+    experiment.measurement.frame_interval =
+        section->quantity("frame_interval", time_units, positive);
+    experiment.measurement.frames = section->whole_number("frames", 2, 100000);
+    section->finish();
+  }
+  if (auto section = root.optional_section("tune")) experiment.tuned = read_tuned(*section);
+  root.finish();
+  return experiment;
+}
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,120 @@
+// What a laboratory did and wants to know: the experiment file, read, checked and in SI units.
+// x right, z up, y out of the picture; the origin is the laboratory's own.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace graintruth::datasets {
+
+// A bench value. The uncertainty is one standard deviation; 0 where the laboratory gave none.
+struct BenchValue {
+  double value = 0.0;
+  double standard_uncertainty = 0.0;
+};
+
+// One ball of the nominal particle, on its long axis.
+struct AxialSphere {
+  double offset = 0.0;  // m, centre along the long axis, from the particle's nominal centre of mass
+  double radius = 0.0;  // m
+};
+
+struct Particle {
+  int count = 0;                     // how many lie in the rig
+  std::vector<AxialSphere> spheres;  // at least one
+  double mass = 0.0;                 // kg
+};
+
+struct Material {
+  double elastic_modulus = 0.0;           // Pa
+  double poisson_ratio = 0.0;             // -
+  BenchValue friction_particle_particle;  // static friction by tilting, say
+  BenchValue friction_particle_wall;
+  BenchValue restitution;
+};
+
+// A rigid wall seen edge-on: a segment extruded along y. Both faces are solid.
+struct Wall {
+  std::string name;
+  double from_x = 0.0, from_z = 0.0;  // m
+  double to_x = 0.0, to_z = 0.0;      // m
+};
+
+// A horizontal face that stands still until the start event and then moves at a constant speed.
+struct Piston {
+  double face_z = 0.0;      // m, before the event
+  double left_x = 0.0;      // m
+  double right_x = 0.0;     // m
+  double velocity_z = 0.0;  // m/s, negative downwards
+};
+
+struct Rig {
+  std::vector<Wall> walls;
+  std::optional<Piston> piston;
+  double front_back_gap = 0.0;  // m, clear distance of the panes; the particles move in one layer
+  double gravity = 9.81;        // m/s2, along -z
+};
+
+// Where a particle nominally lies before the event; gives it its number.
+struct StartPlace {
+  double x = 0.0, z = 0.0;  // m
+  double angle = 0.0;       // rad
+};
+
+// A dark disc on a light ground, in the plane of the particle centres.
+struct Fiducial {
+  double x = 0.0, z = 0.0;  // m, centre
+  double diameter = 0.0;    // m
+};
+
+struct Camera {
+  double frame_rate = 0.0;    // Hz, true rate of the recording
+  double pixel_aspect = 1.0;  // width of a pixel over its height
+  std::vector<Fiducial> fiducials;
+  // When the event should be seen, in seconds of film, if the laboratory noted it. Only checks what
+  // is found.
+  std::optional<double> noted_event_time;
+};
+
+struct Replicate {
+  std::string name;              // stem of the file unless given
+  std::filesystem::path video;   // empty where tracks are given
+  std::filesystem::path tracks;  // CSV, see trajectories.h; empty where a video is given
+};
+
+// When and what is compared.
+struct Measurement {
+  double frame_interval = 0.2;  // s
+  int frames = 25;              // at 0, frame_interval, ... from the event
+};
+
+// A parameter that the calibration may move.
+struct TunedParameter {
+  std::string name;  // friction_particle_particle, friction_particle_wall or restitution
+  double lower = 0.0;
+  double upper = 0.0;
+};
+
+struct Experiment {
+  std::filesystem::path file;
+  std::string name;  // stem of the file: names the run folder
+  std::string title;
+  std::string note;  // provenance that every report must repeat, e.g. that films are synthetic
+  Particle particle;
+  Material material;
+  Rig rig;
+  Camera camera;
+  std::vector<StartPlace> starts;  // empty, or one a particle
+  std::vector<Replicate> replicates;
+  Measurement measurement;
+  std::vector<TunedParameter> tuned;
+};
+
+// Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key
+// for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does
+// not open videos or tracks, but they must exist.
+Experiment load_experiment(const std::filesystem::path& file);
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,44 @@
+// The folder that a run leaves behind: its file names, and how files get there whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace graintruth::datasets {
+
+// Names inside a run folder. They are a promise to users and scripts.
+struct RunFolder {
+  std::filesystem::path root;
+
+  std::filesystem::path run() const { return root / "run.json"; }
+  std::filesystem::path result() const { return root / "result.json"; }
+  std::filesystem::path measured() const { return root / "measured.json"; }
+  std::filesystem::path tracking() const { return root / "tracking.json"; }
+  std::filesystem::path journal() const { return root / "journal.db"; }
+  std::filesystem::path journal_csv() const { return root / "journal.csv"; }
+  std::filesystem::path report() const { return root / "report.html"; }
+  std::filesystem::path table(std::string_view name) const;        // tables/<name>.csv
+  std::filesystem::path tracks(std::string_view replicate) const;  // tracks/<replicate>.csv
+  std::filesystem::path overlay(
+      std::string_view replicate) const;  // tracks/<replicate>.overlay.mp4
+  // tracks/<replicate>.<moment>.jpg: a frame with what was found drawn on it
+  std::filesystem::path annotated_frame(std::string_view replicate, std::string_view moment) const;
+  std::filesystem::path tracking_of(std::string_view replicate) const;  // tracks/<replicate>.json
+};
+
+// Makes the folder (and tables/, tracks/) and proves that it can be written. Throws InputError if
+// not.
+RunFolder open_run_folder(const std::filesystem::path& root);
+
+// Writes beside the file, flushes to disk, then renames over it. Throws InputError when the disk
+// refuses.
+void write_whole(const std::filesystem::path& file, std::string_view content);
+
+std::string read_whole(const std::filesystem::path& file);
+
+// 16 hexadecimal digits that change when the content does (FNV-1a, 64 bit): identifies, does not
+// protect.
+std::string content_hash(std::string_view content);
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,229 @@
+#include "datasets/toml_section.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "datasets/input_error.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+// Levenshtein distance: the fewest single-letter changes that turn one word into the other.
+std::size_t edits(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string with_unit(std::string_view stem, const Unit& unit) {
+  return unit.suffix.empty() ? std::string(stem) : fmt::format("{}_{}", stem, unit.suffix);
+}
+
+std::string spellings(std::string_view stem, Units units) {
+  std::string all;
+  for (const Unit& unit : units) {
+    all += fmt::format("{}'{}'", all.empty() ? "" : " or ", with_unit(stem, unit));
+  }
+  return all;
+}
+
+}  // namespace
+
+TomlSection::TomlSection(const toml::table& table, std::filesystem::path file, std::string name)
+    : table_(&table), file_(std::move(file)), name_(std::move(name)) {}
+
+std::string TomlSection::qualified(std::string_view key) const {
+  return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
+}
+
+const toml::node* TomlSection::find(std::string_view key) {
+  known_.emplace(key);
+  return table_->get(key);
+}
+
+bool TomlSection::has(std::string_view key) { return find(key) != nullptr; }
+
+void TomlSection::fail(std::string_view key, std::string_view complaint) const {
+  const toml::node* node = table_->get(key);
+  const auto line = node != nullptr ? node->source().begin.line : table_->source().begin.line;
+  throw InputError(
+      fmt::format("{}:{}: key '{}' {}.", file_.string(), line, qualified(key), complaint));
+}
+
+std::optional<double> TomlSection::optional_quantity(std::string_view stem,
+                                                     Units units,
+                                                     const Range& range) {
+  std::optional<double> found;
+  for (const Unit& unit : units) {
+    const std::string key = with_unit(stem, unit);
+    const toml::node* node = find(key);
+    if (node == nullptr) continue;
+    if (found) fail(key, fmt::format("gives '{}' a second time", stem));
+    const auto value = node->value<double>();
+    if (!value || !(node->is_number())) {
+      fail(
+          key,
+          fmt::format(
+              "holds {}, but {} is needed", node->is_string() ? "text" : "no number", range.words));
+    }
+    const double in_si = *value * unit.in_si;
+    const bool too_low = range.includes_lower ? in_si < range.lower : in_si <= range.lower;
+    if (!std::isfinite(in_si) || too_low || in_si > range.upper) {
+      fail(key, fmt::format("is {}, but {} is needed", *value, range.words));
+    }
+    found = in_si;
+  }
+  return found;
+}
+
+double TomlSection::quantity(std::string_view stem, Units units, const Range& range) {
+  const auto found = optional_quantity(stem, units, range);
+  if (found) return *found;
+  // A key with the right stem but a unit of another kind deserves its own sentence.
+  for (const auto& [key, node] : *table_) {
+    const std::string_view name = key.str();
+    if (name.starts_with(stem) && name.size() > stem.size() && name[stem.size()] == '_' &&
+        !known_.contains(name)) {
+      fail(name, fmt::format("has no unit that fits; write {}", spellings(stem, units)));
+    }
+  }
+  fail(with_unit(stem, *units.begin()),
+       fmt::format("is missing; write {}", spellings(stem, units)));
+}
+
+std::optional<int> TomlSection::optional_whole_number(std::string_view key, int lower, int upper) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  const auto value = node->is_integer() ? node->value<std::int64_t>() : std::nullopt;
+  if (!value || *value < lower || *value > upper) {
+    fail(key, fmt::format("must be a whole number from {} to {}", lower, upper));
+  }
+  return static_cast<int>(*value);
+}
+
+int TomlSection::whole_number(std::string_view key, int lower, int upper) {
+  const auto found = optional_whole_number(key, lower, upper);
+  if (!found)
+    fail(key, fmt::format("is missing; a whole number from {} to {} is needed", lower, upper));
+  return *found;
+}
+
+std::optional<std::string> TomlSection::optional_text(std::string_view key) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_string()) fail(key, "must be text in quotes");
+  return node->value<std::string>();
+}
+
+std::string TomlSection::text(std::string_view key) {
+  auto found = optional_text(key);
+  if (!found) fail(key, "is missing; text in quotes is needed");
+  return *std::move(found);
+}
+
+std::optional<TomlSection> TomlSection::optional_section(std::string_view key) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_table())
+    fail(key, fmt::format("must be a table: write [{}] above its keys", qualified(key)));
+  return TomlSection(*node->as_table(), file_, qualified(key));
+}
+
+TomlSection TomlSection::section(std::string_view key) {
+  auto found = optional_section(key);
+  if (!found) fail(key, fmt::format("is missing; a table [{}] is needed", qualified(key)));
+  return *std::move(found);
+}
+
+std::vector<TomlSection> TomlSection::sections(std::string_view key) {
+  const toml::node* node = find(key);
+  std::vector<TomlSection> all;
+  if (node == nullptr) return all;
+  const toml::array* array = node->as_array();
+  if (array == nullptr)
+    fail(key, fmt::format("must be a list of tables: write [[{}]]", qualified(key)));
+  for (const toml::node& element : *array) {
+    if (!element.is_table())
+      fail(key, fmt::format("must be a list of tables: write [[{}]]", qualified(key)));
+    all.emplace_back(*element.as_table(), file_, qualified(key));
+  }
+  return all;
+}
+
+std::vector<std::vector<double>> TomlSection::rows(std::string_view stem,
+                                                   std::size_t width,
+                                                   Units units) {
+  std::vector<std::vector<double>> all;
+  for (const Unit& unit : units) {
+    const std::string key = with_unit(stem, unit);
+    const toml::node* node = find(key);
+    if (node == nullptr) continue;
+    const std::string needed = fmt::format("must be a list of lists of {} numbers", width);
+    if (!all.empty()) fail(key, fmt::format("gives '{}' a second time", stem));
+    if (!node->is_array()) fail(key, needed);
+    for (const toml::node& element : *node->as_array()) {
+      const toml::array* row = element.as_array();
+      if (row == nullptr || row->size() != width) fail(key, needed);
+      std::vector<double> numbers;
+      for (const toml::node& cell : *row) {
+        const auto value = cell.is_number() ? cell.value<double>() : std::nullopt;
+        if (!value || !std::isfinite(*value)) fail(key, needed);
+        numbers.push_back(*value * unit.in_si);
+      }
+      all.push_back(std::move(numbers));
+    }
+  }
+  return all;
+}
+
+std::vector<std::string> TomlSection::keys() const {
+  std::vector<std::string> all;
+  for (const auto& [key, node] : *table_) all.emplace_back(key.str());
+  return all;
+}
+
+void TomlSection::finish() const {
+  for (const auto& [key, node] : *table_) {
+    const std::string_view name = key.str();
+    if (known_.contains(name)) continue;
+    std::string_view nearest;
+    std::size_t fewest = name.size();
+    for (const std::string& known : known_) {
+      if (edits(name, known) < fewest) {
+        fewest = edits(name, known);
+        nearest = known;
+      }
+    }
+    fail(name,
+         nearest.empty() ? std::string("is unknown")
+                         : fmt::format("is unknown; did you mean '{}'?", nearest));
+  }
+}
+
+toml::table parse_toml(const std::filesystem::path& file) {
+  const std::string content = read_whole(file);
+  try {
+    return toml::parse(std::string_view(content), file.string());
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}:{}: this is not valid TOML: {}.",
+                                 file.string(),
+                                 error.source().begin.line,
+                                 error.description()));
+  }
+}
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,96 @@
+// One table of a TOML file, read key by key with units converted at the door. For the .cpp files of
+// this folder only, because it brings in the TOML library.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace graintruth::datasets {
+
+// A unit that a key may end in, and what one of it is in SI.
+struct Unit {
+  std::string_view suffix;
+  double in_si;
+};
+
+// The units in which a kind of quantity may be given; the first is SI.
+using Units = std::span<const Unit>;
+inline constexpr double radians_per_degree = 3.14159265358979323846 / 180.0;
+inline constexpr std::array length_units{Unit{"m", 1.0}, Unit{"cm", 1e-2}, Unit{"mm", 1e-3}};
+inline constexpr std::array speed_units{
+    Unit{"m_per_s", 1.0}, Unit{"cm_per_s", 1e-2}, Unit{"mm_per_s", 1e-3}};
+inline constexpr std::array acceleration_units{Unit{"m_per_s2", 1.0}};
+inline constexpr std::array angle_units{Unit{"rad", 1.0}, Unit{"deg", radians_per_degree}};
+inline constexpr std::array mass_units{Unit{"kg", 1.0}, Unit{"g", 1e-3}};
+inline constexpr std::array pressure_units{
+    Unit{"pa", 1.0}, Unit{"kpa", 1e3}, Unit{"mpa", 1e6}, Unit{"gpa", 1e9}};
+inline constexpr std::array time_units{Unit{"s", 1.0}, Unit{"ms", 1e-3}};
+inline constexpr std::array rate_units{Unit{"hz", 1.0}};
+inline constexpr std::array plain{Unit{"", 1.0}};
+
+// What values are allowed; the words go into the sentence when one is not.
+struct Range {
+  double lower;
+  double upper;
+  bool includes_lower;
+  std::string_view words;
+};
+inline constexpr Range any_number{-1e300, 1e300, true, "a number"};
+inline constexpr Range positive{0.0, 1e300, false, "a number above 0"};
+inline constexpr Range not_negative{0.0, 1e300, true, "a number not below 0"};
+
+// Remembers which keys were asked for, so that finish() can name those that nobody knows.
+class TomlSection {
+ public:
+  TomlSection(const toml::table& table, std::filesystem::path file, std::string name);
+
+  bool has(std::string_view key);
+  // The value under `stem` with one of the units, e.g. stem "gap" finds gap_mm. Throws InputError
+  // when it is missing, given twice, no number, or outside the range.
+  double quantity(std::string_view stem, Units units, const Range& range = any_number);
+  std::optional<double> optional_quantity(std::string_view stem,
+                                          Units units,
+                                          const Range& range = any_number);
+  int whole_number(std::string_view key, int lower, int upper);
+  std::optional<int> optional_whole_number(std::string_view key, int lower, int upper);
+  std::string text(std::string_view key);
+  std::optional<std::string> optional_text(std::string_view key);
+  TomlSection section(std::string_view key);
+  std::optional<TomlSection> optional_section(std::string_view key);
+  // An array of tables, [[key]] or key = [{...}, ...]; empty where there is none.
+  std::vector<TomlSection> sections(std::string_view key);
+  // Rows of exactly `width` numbers under stem with a length unit, e.g. fiducials_mm = [[0, 1], [2,
+  // 3]].
+  std::vector<std::vector<double>> rows(std::string_view stem, std::size_t width, Units units);
+  // All keys of the table, as written (for tables whose keys are names).
+  std::vector<std::string> keys() const;
+
+  // Throws InputError for the first key that was never asked for, with the nearest one that exists.
+  void finish() const;
+  // Throws InputError about a key of this section: "file:line: key 'section.key' ...".
+  [[noreturn]] void fail(std::string_view key, std::string_view complaint) const;
+
+  const std::string& name() const { return name_; }
+
+ private:
+  const toml::node* find(std::string_view key);
+  std::string qualified(std::string_view key) const;
+
+  const toml::table* table_;
+  std::filesystem::path file_;
+  std::string name_;
+  std::set<std::string, std::less<>> known_;
+};
+
+// Parses a file. Throws InputError with file and line where it is no TOML.
+toml::table parse_toml(const std::filesystem::path& file);
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,133 @@
+// The parameters with their intervals, beside what the bench said and where the search was allowed to look.
+#include <cmath>
+
+#include "reports/sections.h"
+#include "reports/words.h"
+
+namespace graintruth::reports {
+
+namespace {
+
+std::string range_text(double lower, double upper) {
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return std::string(nothing);
+  return plain(lower) + " to " + plain(upper);
+}
+
+std::string interval_text(double lower, double upper, int decimals) {
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return std::string(nothing);
+  return decimal(lower, decimals) + " to " + decimal(upper, decimals);
+}
+
+std::string status_text(const std::string& status) {
+  if (status == "at_bound") return "at bound";
+  if (status == "not_identified") return "not identified";
+  return status.empty() ? std::string(nothing) : status;
+}
+
+std::string unit_text(const Json& parameter) {
+  const std::string unit = text(parameter, {"unit"});
+  return unit.empty() || unit == "1" ? "-" : unit;
+}
+
+TableView parameter_table(const Json& parameters) {
+  TableView table("Parameters, their intervals and where they come from",
+                  {{"Parameter", Align::left},
+                   {"Value"},
+                   {"95 % interval"},
+                   {"Unit", Align::left},
+                   {"Status", Align::left},
+                   {"Bench value"},
+                   {"Search bounds"},
+                   {"Interval by", Align::left}});
+  for (const auto& [key, parameter] : parameters.items()) {
+    const double lower = number(parameter, {"lower"});
+    const double upper = number(parameter, {"upper"});
+    const int decimals = decimals_of_interval(lower, upper);
+    const double low_bound = number(parameter, {"bound_lower"});
+    const double high_bound = number(parameter, {"bound_upper"});
+    const std::string method = text(parameter, {"method"});
+    table.add_row({parameter_name(key),
+                   std::isfinite(upper - lower) ? decimal(number(parameter, {"value"}), decimals)
+                                                : plain(number(parameter, {"value"})),
+                   interval_text(lower, upper, decimals),
+                   unit_text(parameter),
+                   status_text(text(parameter, {"status"})),
+                   plain(number(parameter, {"bench_value"})),
+                   range_text(low_bound, high_bound),
+                   method.empty() ? std::string(nothing) : method});
+  }
+  return table;
+}
+
+Figure interval_figure(const Json& parameters) {
+  FigureChoice choice;
+  Json names = Json::array();
+  std::vector<double> rows;
+  double row = static_cast<double>(parameters.size());
+  bool first = true;
+  std::vector<double> values;
+  std::vector<double> value_rows;
+  std::vector<double> bench;
+  std::vector<double> bench_rows;
+  const auto bar = [&](double from, double to, const char* name, const char* colour, double width) {
+    if (!std::isfinite(from) || !std::isfinite(to)) return;
+    Json trace = line({from, to}, {row, row}, name, colour, width);
+    trace["legendgroup"] = name;
+    trace["showlegend"] = first;
+    choice.traces.push_back(trace);
+  };
+  for (const auto& [key, parameter] : parameters.items()) {
+    names.push_back(plot_text(parameter_name(key)));
+    rows.push_back(row);
+    bar(number(parameter, {"bound_lower"}),
+        number(parameter, {"bound_upper"}),
+        "search bounds",
+        "var(--faint)",
+        2.0);
+    bar(number(parameter, {"lower"}),
+        number(parameter, {"upper"}),
+        "95 % interval",
+        "var(--measured-strong)",
+        9.0);
+    first = false;
+    values.push_back(number(parameter, {"value"}));
+    value_rows.push_back(row);
+    bench.push_back(number(parameter, {"bench_value"}));
+    bench_rows.push_back(row);
+    row -= 1.0;
+  }
+  choice.traces.push_back(
+      points(bench, bench_rows, "bench value", "var(--simulated)", "diamond-open", 11.0));
+  choice.traces.back()["marker"]["line"] = {{"width", 2}};
+  choice.traces.push_back(points(values, value_rows, "value", "var(--ink)", "circle", 8.0));
+  return {.id = "parameter-intervals",
+          .caption = "Each parameter's value with its interval, on the range that the search was allowed, beside the "
+                     "bench value: a bench value far outside the interval means that bench test and films measure "
+                     "different things.",
+          .height = 120 + 55 * static_cast<int>(parameters.size()),
+          .layout = {{"xaxis", axis("Value (dimensionless)", {{"rangemode", "tozero"}})},
+                     {"yaxis",
+                      {{"tickvals", plot_numbers(rows)},
+                       {"ticktext", names},
+                       {"range", {0.4, static_cast<double>(parameters.size()) + 0.6}},
+                       {"wrapticks", true},
+                       {"showgrid", false}}}},
+          .menu = "",
+          .choices = {choice}};
+}
+
+}  // namespace
+
+Section parameters_section(const RunData& data) {
+  Section section("parameters", "Parameters");
+  const Json& parameters = at(data.result, {"parameters"});
+  if (!parameters.is_object() || parameters.empty()) {
+    section.add_absence("This run left no parameters behind.");
+    return section;
+  }
+  section.add_table(parameter_table(parameters));
+  section.add_figure(interval_figure(parameters));
+  return section;
+}
+
+}  // namespace graintruth::reports

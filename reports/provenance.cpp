@@ -1,0 +1,94 @@
+// Where the numbers come from, and how to get them again.
+#include <cmath>
+#include <string>
+
+#include "reports/sections.h"
+#include "reports/words.h"
+
+namespace graintruth::reports {
+
+namespace {
+
+// A command given as text, or as an array of words.
+std::string command_text(const RunData& data) {
+  const Json& command = at(data.run, {"command"});
+  if (!command.is_array()) return text(data.run, {"command"});
+  std::string words;
+  for (const Json& word : command) {
+    if (!word.is_string()) continue;
+    if (!words.empty()) words += ' ';
+    words += word.get<std::string>();
+  }
+  return words;
+}
+
+TableView run_table(const RunData& data) {
+  TableView table("The run", {{"What", Align::left}, {"Value", Align::left}});
+  const auto add = [&](const char* what, const std::string& value) {
+    if (!value.empty() && value != nothing) table.add_row({what, value});
+  };
+  add("Version of graintruth", text(data.run, {"version"}));
+  add("Started", text(data.run, {"started_at"}));
+  add("Seed", text(data.run, {"seed"}));
+  add("Jobs at a time", text(data.run, {"jobs"}));
+  add("Evaluations (parameter sets)", count(number(data.result, {"evaluations"})));
+  add("Simulations (one seed each)", count(number(data.result, {"simulations"})));
+  add("Failed simulations", count(number(data.result, {"failed"})));
+  add("Wall time", seconds(number(data.result, {"wall_time_s"})));
+  add("Status", text(data.result, {"status"}));
+  add("Message", text(data.result, {"message"}));
+  std::vector<std::string> replicates;
+  for (const Json& name : list(data.measured, {"replicates"}))
+    if (name.is_string()) replicates.push_back(name.get<std::string>());
+  add("Replicates", joined(replicates));
+  const Json& frames = list(data.measured, {"frames"});
+  if (!frames.empty()) add("Frames compared", std::to_string(frames.size()));
+  add("Particles", count(number(data.measured, {"particles"})));
+  return table;
+}
+
+}  // namespace
+
+Section provenance_section(const RunData& data) {
+  Section section("provenance", "Provenance");
+  section.add_table(run_table(data));
+  if (data.run.is_null())
+    section.add_absence("run.json is absent: version, command, seeds and hashes are not known.");
+
+  const Json& hashes = at(data.run, {"input_hashes"});
+  if (hashes.is_object() && !hashes.empty()) {
+    TableView table("Contents of the inputs (64-bit FNV-1a)", {{"File", Align::left}, {"Hash", Align::left}});
+    for (const auto& [file, hash] : hashes.items())
+      table.add_row({file, hash.is_string() ? hash.get<std::string>() : hash.dump()});
+    section.add_table(table);
+  }
+  const Json& stages = list(data.run, {"stages"});
+  if (!stages.empty()) {
+    TableView table("Where the time went", {{"Stage", Align::left}, {"Time"}});
+    for (const Json& stage : stages)
+      table.add_row({text(stage, {"name"}), seconds(number(stage, {"seconds"}))});
+    section.add_table(table);
+  }
+
+  section.add_heading("How to reproduce");
+  const std::string command = command_text(data);
+  if (command.empty()) {
+    section.add_absence("The command of this run was not recorded.");
+  } else {
+    section.add_paragraph(
+        "The same command with the same inputs and the same version gives the same numbers, whatever the number of "
+        "jobs:");
+    section.add_code(command);
+  }
+  section.add_paragraph(
+      "This page is made from the run folder alone, by graintruth report with that folder. Every table on it lies in "
+      "the folder's tables/ as CSV, in SI units, and every simulation has a row in journal.csv.");
+  const Json& configuration = at(data.run, {"configuration"});
+  if (!configuration.is_null()) {
+    section.add_folded_code("The resolved configuration",
+                            configuration.dump(2, ' ', false, Json::error_handler_t::replace));
+  }
+  return section;
+}
+
+}  // namespace graintruth::reports

@@ -1,0 +1,18 @@
+// The page of a run: one HTML file that opens offline, made from the run folder alone.
+#pragma once
+
+#include <string>
+
+#include "datasets/run_folder.h"
+
+namespace graintruth::reports {
+
+// Reads run.json, result.json, measured.json, tracking.json, tables/*.csv and the annotated frames. What a run did
+// not leave behind becomes a sentence on the page. The same folder gives the same bytes. Throws datasets::InputError
+// when the folder holds no run at all, or a file in it cannot be understood.
+std::string build_report(const datasets::RunFolder& folder);
+
+// Writes build_report() to folder.report(), whole or not at all.
+void write_report(const datasets::RunFolder& folder);
+
+}  // namespace graintruth::reports

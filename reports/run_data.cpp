@@ -1,0 +1,94 @@
+#include "reports/run_data.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "datasets/input_error.h"
+
+namespace graintruth::reports {
+
+namespace {
+
+const Json absent;
+
+Json read_json(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return absent;
+  try {
+    return Json::parse(datasets::read_whole(file));
+  } catch (const Json::parse_error& error) {
+    throw datasets::InputError(fmt::format(
+        "{}: is not valid JSON near byte {}; run the calibration again to have it rewritten.",
+        file.string(),
+        error.byte));
+  }
+}
+
+}  // namespace
+
+bool RunData::is_calibration() const { return text(result, {"kind"}) != "validation"; }
+
+std::optional<datasets::Table> RunData::table(std::string_view name) const {
+  const std::filesystem::path file = folder.table(name);
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  datasets::Table table = datasets::read_csv(file);
+  if (table.rows() == 0) return std::nullopt;
+  return table;
+}
+
+RunData read_run_data(const datasets::RunFolder& folder) {
+  if (!std::filesystem::exists(folder.run()) && !std::filesystem::exists(folder.result())) {
+    throw datasets::InputError(fmt::format(
+        "{}: holds neither run.json nor result.json; give the folder of a run (the --out of calibrate or validate).",
+        folder.root.string()));
+  }
+  return {.folder = folder,
+          .run = read_json(folder.run()),
+          .result = read_json(folder.result()),
+          .measured = read_json(folder.measured()),
+          .tracking = read_json(folder.tracking())};
+}
+
+const Json& at(const Json& json, std::initializer_list<std::string_view> path) {
+  const Json* here = &json;
+  for (const std::string_view key : path) {
+    if (!here->is_object()) return absent;
+    const auto found = here->find(key);
+    if (found == here->end()) return absent;
+    here = &*found;
+  }
+  return *here;
+}
+
+double number(const Json& json, std::initializer_list<std::string_view> path) {
+  const Json& value = at(json, path);
+  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string text(const Json& json, std::initializer_list<std::string_view> path) {
+  const Json& value = at(json, path);
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number() || value.is_boolean()) return value.dump();
+  return "";
+}
+
+const Json& list(const Json& json, std::initializer_list<std::string_view> path) {
+  static const Json empty = Json::array();
+  const Json& value = at(json, path);
+  return value.is_array() ? value : empty;
+}
+
+std::vector<double> column(const datasets::Table& table, std::string_view name) {
+  if (table.has(name)) return table.numbers(name);
+  return std::vector<double>(table.rows(), std::numeric_limits<double>::quiet_NaN());
+}
+
+std::vector<std::string> text_column(const datasets::Table& table, std::string_view name) {
+  std::vector<std::string> cells(table.rows());
+  if (!table.has(name)) return cells;
+  for (std::size_t row = 0; row < table.rows(); ++row) cells[row] = table.text(row, name);
+  return cells;
+}
+
+}  // namespace graintruth::reports

@@ -1,0 +1,45 @@
+// What a run folder holds, read tolerantly: absent files and absent or null numbers are facts that a page can state.
+#pragma once
+
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "datasets/run_folder.h"
+#include "datasets/table.h"
+
+namespace graintruth::reports {
+
+using Json = nlohmann::json;
+
+struct RunData {
+  datasets::RunFolder folder;
+  Json run;       // run.json; null where the file is absent, as are the next three
+  Json result;    // result.json
+  Json measured;  // measured.json
+  Json tracking;  // tracking.json
+
+  bool is_calibration() const;  // false: a comparison at given parameters
+  // tables/<name>.csv; nothing when it is absent or has no rows.
+  std::optional<datasets::Table> table(std::string_view name) const;
+};
+
+RunData read_run_data(const datasets::RunFolder& folder);
+
+// The value at a path of keys; null where there is none.
+const Json& at(const Json& json, std::initializer_list<std::string_view> path);
+// NaN where there is no number.
+double number(const Json& json, std::initializer_list<std::string_view> path);
+// "" where there is no text; a number or a boolean is written out.
+std::string text(const Json& json, std::initializer_list<std::string_view> path);
+// Empty where there is no array.
+const Json& list(const Json& json, std::initializer_list<std::string_view> path);
+
+// A column of numbers; all NaN (or all "") where the table lacks the column.
+std::vector<double> column(const datasets::Table& table, std::string_view name);
+std::vector<std::string> text_column(const datasets::Table& table, std::string_view name);
+
+}  // namespace graintruth::reports

@@ -1,0 +1,39 @@
+#include "reports/tables.h"
+
+#include <cassert>
+
+namespace graintruth::reports {
+
+TableView::TableView(std::string caption, std::vector<Column> columns)
+    : caption_(std::move(caption)), columns_(std::move(columns)) {}
+
+void TableView::add_row(std::vector<std::string> cells) {
+  assert(cells.size() == columns_.size());
+  rows_.push_back({.cells = std::move(cells)});
+}
+
+void TableView::add_total(std::vector<std::string> cells) {
+  add_row(std::move(cells));
+  rows_.back().is_total = true;
+}
+
+Json TableView::view() const {
+  constexpr std::size_t longest_unbroken = 26;  // bytes; longer cells may break into lines
+  Json columns = Json::array();
+  for (const Column& column : columns_)
+    columns.push_back({{"text", column.heading}, {"numeric", column.align == Align::right}});
+  Json rows = Json::array();
+  for (const Row& row : rows_) {
+    Json cells = Json::array();
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      cells.push_back({{"text", row.cells[i]},
+                       {"numeric", columns_[i].align == Align::right},
+                       {"head", i == 0},
+                       {"short", row.cells[i].size() <= longest_unbroken}});
+    }
+    rows.push_back({{"cells", cells}, {"total", row.is_total}});
+  }
+  return {{"caption", caption_}, {"columns", columns}, {"rows", rows}};
+}
+
+}  // namespace graintruth::reports

@@ -1,0 +1,220 @@
+// The verdict: what came out, in sentences that a reader can repeat to a colleague.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "reports/sections.h"
+#include "reports/words.h"
+
+namespace graintruth::reports {
+
+namespace {
+
+std::string interval_text(const Json& parameter, std::string_view join) {
+  const double lower = number(parameter, {"lower"});
+  const double upper = number(parameter, {"upper"});
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return "";
+  const int decimals = decimals_of_interval(lower, upper);
+  return fmt::format("{}{}{}", decimal(lower, decimals), join, decimal(upper, decimals));
+}
+
+std::string value_text(const Json& parameter) {
+  const double lower = number(parameter, {"lower"});
+  const double upper = number(parameter, {"upper"});
+  const double value = number(parameter, {"value"});
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return plain(value);
+  return decimal(value, decimals_of_interval(lower, upper));
+}
+
+std::string confidence_text(const Json& parameter) {
+  const double confidence = number(parameter, {"confidence"});
+  if (!std::isfinite(confidence)) return "95\u00a0%";
+  return plain(confidence <= 1.0 ? 100.0 * confidence : confidence) + "\u00a0%";
+}
+
+std::string parameter_detail(const Json& parameter) {
+  const std::string status = text(parameter, {"status"});
+  const std::string interval = interval_text(parameter, " to ");
+  if (status == "not_identified") return "not identified by this experiment; held at its bench value";
+  if (status == "fixed") return "given, not tuned";
+  if (status == "at_bound") return "at the edge of its search bounds";
+  if (interval.empty()) return "no interval";
+  return fmt::format("{} interval {}", confidence_text(parameter), interval);
+}
+
+Json tiles(const RunData& data) {
+  Json views = Json::array();
+  for (const auto& [key, parameter] : at(data.result, {"parameters"}).items()) {
+    const std::string status = text(parameter, {"status"});
+    views.push_back({{"label", parameter_name(key)},
+                     {"value", value_text(parameter)},
+                     {"detail", parameter_detail(parameter)},
+                     {"muted", status == "not_identified" || status == "fixed"}});
+  }
+  const double student = number(data.result, {"agreement", "percent_student_t"});
+  const double thesis = number(data.result, {"agreement", "percent"});
+  if (std::isfinite(student) || std::isfinite(thesis)) {
+    views.push_back({{"label", "Agreement"},
+                     {"value", percent(std::isfinite(student) ? student : thesis)},
+                     {"detail",
+                      std::isfinite(student)
+                          ? fmt::format("Student form; {} in the thesis form (1.96)", percent(thesis))
+                          : "thesis form (1.96)"},
+                     {"muted", false}});
+  }
+  return views;
+}
+
+std::vector<std::string> parameter_sentences(const RunData& data) {
+  std::vector<std::string> tuned;
+  std::vector<std::string> sentences;
+  std::vector<std::string> others;
+  for (const auto& [key, parameter] : at(data.result, {"parameters"}).items()) {
+    const std::string status = text(parameter, {"status"});
+    const std::string phrase = parameter_phrase(key);
+    if (status == "tuned") {
+      const std::string interval = interval_text(parameter, " to ");
+      tuned.push_back(fmt::format(
+          "a {} of {} ({})",
+          phrase,
+          value_text(parameter),
+          interval.empty() ? "no interval"
+                           : fmt::format("{} interval {}", confidence_text(parameter), interval)));
+    } else if (status == "at_bound") {
+      others.push_back(
+          fmt::format("The {} ended at the edge of its search bounds, at {}: that is a limit of the search, not a "
+                      "measurement. Widen the bounds and run again.",
+                      phrase,
+                      value_text(parameter)));
+    } else if (status == "not_identified") {
+      others.push_back(
+          fmt::format("The {} is not identified: the films hardly change with it, so it is held at its bench value {} "
+                      "and has no interval.",
+                      phrase,
+                      value_text(parameter)));
+    } else if (status == "fixed") {
+      others.push_back(fmt::format("The {} was held at {}.", phrase, value_text(parameter)));
+    }
+  }
+  if (!tuned.empty())
+    sentences.push_back(
+        fmt::format("The simulation agrees best with the films at {}.", joined(tuned)));
+  sentences.insert(sentences.end(), others.begin(), others.end());
+  return sentences;
+}
+
+std::string agreement_sentence(const Json& agreement) {
+  const double student = number(agreement, {"percent_student_t"});
+  const double thesis = number(agreement, {"percent"});
+  const double seeds = number(agreement, {"seeds"});
+  if (!std::isfinite(student) && !std::isfinite(thesis)) return "";
+  const std::string who = std::isfinite(seeds) && seeds > 1
+                              ? fmt::format("The mean of {} simulations", count(seeds))
+                              : std::string("The simulation");
+  return fmt::format(
+      "{} lies inside the films' 95 % confidence interval for {} of all values (x, z and angle of every particle in "
+      "every frame) when the interval is Student's, and for {} in the thesis's form with 1.96.",
+      who,
+      percent(student),
+      percent(thesis));
+}
+
+std::string yardstick_sentence(const Json& agreement) {
+  const double ceiling = number(agreement, {"ceiling_percent_student_t"});
+  const double thesis_ceiling = number(agreement, {"ceiling_percent"});
+  const double left_out = number(agreement, {"leave_one_out_percent_student_t"});
+  const double thesis_left_out = number(agreement, {"leave_one_out_percent"});
+  const double seeds = number(agreement, {"seeds"});
+  const double replicates = number(agreement, {"replicates"});
+  if (!std::isfinite(ceiling) && !std::isfinite(thesis_ceiling)) return "";
+  const std::string next = std::isfinite(replicates)
+                               ? ordinal(static_cast<int>(replicates) + 1) + " real replicate"
+                               : std::string("further real replicate");
+  return fmt::format(
+      "How to read that: 100 % is not to be expected, because {} replicates fix their own mean only so well. A perfect "
+      "model averaged over M = {} runs would score {} ({} in the thesis form); a {} would score {} ({}).",
+      std::isfinite(replicates) ? count(replicates) : "few",
+      count(seeds),
+      percent(ceiling),
+      percent(thesis_ceiling),
+      next,
+      percent(left_out),
+      percent(thesis_left_out));
+}
+
+// Where the score stands between the two yardsticks. Two points are about fifteen of 750 values, less than
+// neighbouring frames move together.
+std::string standing_sentence(const Json& agreement) {
+  constexpr double close_percent = 2.0;
+  const double score = number(agreement, {"percent_student_t"});
+  const double ceiling = number(agreement, {"ceiling_percent_student_t"});
+  const double left_out = number(agreement, {"leave_one_out_percent_student_t"});
+  if (!std::isfinite(score) || !std::isfinite(ceiling)) return "";
+  if (score > ceiling + close_percent) {
+    return fmt::format(
+        "The score stands {} points above that ceiling. A perfect model would not: either the search has fitted the "
+        "mean of these very replicates, or values that move together happened to fall inside together.",
+        decimal(score - ceiling, 1));
+  }
+  if (score > ceiling - close_percent)
+    return "The score stands at its ceiling: this measure can tell no difference between simulation and films.";
+  if (!std::isfinite(left_out) || score >= left_out) {
+    return fmt::format(
+        "The score stands {} points below its ceiling{}: the films can still tell the simulation from themselves. The "
+        "ranks and tracks below show where.",
+        decimal(ceiling - score, 1),
+        std::isfinite(left_out) ? " and above a further replicate" : "");
+  }
+  return fmt::format(
+      "The score stands {} points below what one more replicate would reach: simulation and films differ by more than "
+      "the films differ among themselves.",
+      decimal(left_out - score, 1));
+}
+
+std::string single_run_sentence(const Json& agreement) {
+  const double student = number(agreement, {"single_run_median_percent_student_t"});
+  const double thesis = number(agreement, {"single_run_median_percent"});
+  if (!std::isfinite(student) && !std::isfinite(thesis)) return "";
+  return fmt::format(
+      "One simulated run alone scores {} in the median ({} in the thesis form); that, not the mean, is what to hold "
+      "beside one more replicate.",
+      percent(student),
+      percent(thesis));
+}
+
+}  // namespace
+
+Json verdict_view(const RunData& data) {
+  if (data.result.is_null()) {
+    return {{"absence", "This run has no result yet: result.json is absent."},
+            {"tiles", Json::array()},
+            {"sentences", Json::array()},
+            {"warnings", nullptr}};
+  }
+  const Json& agreement = at(data.result, {"agreement"});
+  const Json& warnings = list(data.result, {"warnings"});
+  std::vector<std::string> sentences = parameter_sentences(data);
+  for (std::string sentence : {agreement_sentence(agreement),
+                               yardstick_sentence(agreement),
+                               standing_sentence(agreement),
+                               single_run_sentence(agreement)})
+    if (!sentence.empty()) sentences.push_back(std::move(sentence));
+  if (!agreement.is_object())
+    sentences.emplace_back("No agreement with tracks was computed in this run.");
+  sentences.emplace_back(
+      data.is_calibration()
+          ? "The same films served to find these values and to score them. Nothing was held out, so this is a "
+            "calibration and not a validation."
+          : "The parameters were given; nothing was tuned in this run. Whether the films had a part in finding them, "
+            "this page cannot know.");
+  return {{"absence", ""},
+          {"tiles", tiles(data)},
+          {"sentences", sentences},
+          {"status", text(data.result, {"status"})},
+          {"message", text(data.result, {"message"})},
+          {"warnings", warnings.empty() ? Json() : Json{{"warning_sentences", warnings}}}};
+}
+
+}  // namespace graintruth::reports

@@ -1,0 +1,34 @@
+// Numbers and names as a reader wants them: as many digits as mean something, one spelling a thing.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace graintruth::reports {
+
+inline constexpr std::string_view nothing = "–";  // in place of a number that is not there
+
+// Fixed decimals with a typographic minus; `nothing` for NaN.
+std::string decimal(double value, int decimals);
+// Three significant digits; 1.2 × 10⁻⁵ where fixed notation would be long.
+std::string significant(double value, int digits = 3);
+// As a person would type it, at most four digits: 0.83, 50.
+std::string plain(double value);
+std::string percent(double value);  // "82.0 %", with a space that does not break
+std::string count(double value);
+std::string seconds(double value);  // "0.8 s", "4 min 10 s", "2 h 5 min"
+
+// Decimals that show two digits of an interval's half-width; 3 where there is no interval.
+int decimals_of_interval(double lower, double upper);
+
+// "friction_particle_particle" -> "Friction, particle to particle"; other names lose their underscores.
+std::string parameter_name(std::string_view key);
+// The same inside a sentence: "friction between particles".
+std::string parameter_phrase(std::string_view key);
+// 6 -> "sixth"; "13th" from the thirteenth on.
+std::string ordinal(int number);
+// {"a", "b", "c"} -> "a, b and c"
+std::string joined(const std::vector<std::string>& parts);
+
+}  // namespace graintruth::reports

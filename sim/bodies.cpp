@@ -1,0 +1,102 @@
+#include "sim/bodies.h"
+
+namespace graintruth::sim {
+namespace {
+
+void start_turn(const Body& body, Bodies<2>& bodies) {
+  bodies.turns.angle.push_back(body.picture_angle);
+  const Vec2 axis = into_plane(body.orientation * Vec3::UnitX());
+  bodies.turns.direction.push_back(axis.normalized());
+  bodies.spin.push_back(picture_spin_of(body.angular_velocity));
+}
+
+void start_turn(const Body& body, Bodies<3>& bodies) {
+  bodies.turns.world_from_body.push_back(body.orientation);
+  bodies.turns.spin_in_body.push_back(body.orientation.conjugate() * body.angular_velocity);
+  bodies.turns.acceleration_in_body.push_back(Vec3::Zero());
+  bodies.spin.push_back(body.angular_velocity);
+}
+
+}  // namespace
+
+template <int D>
+Bodies<D> make_bodies(const Scene& scene) {
+  Bodies<D> bodies;
+  if (!scene.bodies.empty()) bodies.layer = scene.bodies.front().position.y();
+  bodies.first_sphere.push_back(0);
+  for (const Body& body : scene.bodies) {
+    const Clump& type = scene.types[body.type];
+    bodies.mass.push_back(type.mass);
+    if constexpr (D == 2) {
+      bodies.inertia.push_back(type.inertia.y());
+    } else {
+      bodies.inertia.push_back(type.inertia);
+    }
+    bodies.bounding_radius.push_back(type.bounding_radius);
+    bodies.material.push_back(type.material);
+    for (const ElementSphere& sphere : type.spheres) {
+      bodies.sphere_radius.push_back(sphere.radius);
+      bodies.sphere_in_body.push_back(to_motion<D>(sphere.centre));
+    }
+    bodies.first_sphere.push_back(static_cast<int>(bodies.sphere_radius.size()));
+    bodies.position.push_back(to_motion<D>(body.position));
+    bodies.velocity.push_back(to_motion<D>(body.velocity));
+    start_turn(body, bodies);
+  }
+  const std::size_t count = scene.bodies.size();
+  bodies.acceleration.assign(count, Vec<D>::Zero());
+  bodies.angular_acceleration.assign(count, Motion<D>::no_spin());
+  bodies.force.assign(count, Vec<D>::Zero());
+  bodies.torque.assign(count, Motion<D>::no_spin());
+  bodies.velocity_now = bodies.velocity;
+  bodies.spin_now = bodies.spin;
+  bodies.sphere_position.assign(bodies.sphere_radius.size(), Vec<D>::Zero());
+  for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
+  return bodies;
+}
+
+void place_spheres(Bodies<2>& bodies, int i) {
+  const Vec2 centre = bodies.position[i];
+  const Vec2 axis = bodies.turns.direction[i];
+  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+    const Vec2& in_body = bodies.sphere_in_body[s];
+    bodies.sphere_position[s] = {centre.x() + axis.x() * in_body.x() - axis.y() * in_body.y(),
+                                 centre.y() + axis.y() * in_body.x() + axis.x() * in_body.y()};
+  }
+}
+
+void place_spheres(Bodies<3>& bodies, int i) {
+  const Mat3 world_from_body = bodies.turns.world_from_body[i].toRotationMatrix();
+  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+    bodies.sphere_position[s] = bodies.position[i] + world_from_body * bodies.sphere_in_body[s];
+  }
+}
+
+template <int D>
+void write_state(const Bodies<D>& bodies, State& state) {
+  const int count = bodies.count();
+  state.position.resize(count);
+  state.orientation.resize(count);
+  state.velocity.resize(count);
+  state.angular_velocity.resize(count);
+  state.picture_angle.resize(D == 2 ? count : 0);
+  for (int i = 0; i < count; ++i) {
+    state.position[i] = to_space(bodies.position[i], bodies.layer);
+    state.velocity[i] = to_space(bodies.velocity_now[i]);
+    if constexpr (D == 2) {
+      state.picture_angle[i] = bodies.turns.angle[i];
+      state.orientation[i] = orientation_from_picture_angle(bodies.turns.angle[i]);
+      state.angular_velocity[i] = angular_velocity_from_picture_spin(bodies.spin_now[i]);
+    } else {
+      state.orientation[i] = bodies.turns.world_from_body[i];
+      state.angular_velocity[i] = bodies.spin_now[i];
+    }
+  }
+}
+
+template Bodies<2> make_bodies<2>(const Scene&);
+template Bodies<3> make_bodies<3>(const Scene&);
+template void write_state<2>(const Bodies<2>&, State&);
+template void write_state<3>(const Bodies<3>&, State&);
+
+}  // namespace graintruth::sim

@@ -1,0 +1,137 @@
+#include "sim/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace graintruth::sim {
+namespace {
+
+bool comes_before(const ContactGroup& a, const ContactGroup& b) {
+  return a.first != b.first ? a.first < b.first : a.second < b.second;
+}
+
+// Both lists are sorted by (first, second) and, inside a group, by sphere: one walk through both.
+template <int D>
+void keep_springs(const ContactList<D>& old_list, ContactList<D>& new_list) {
+  std::size_t old_index = 0;
+  for (const ContactGroup& group : new_list.groups) {
+    while (old_index < old_list.groups.size() && comes_before(old_list.groups[old_index], group)) {
+      ++old_index;
+    }
+    if (old_index == old_list.groups.size()) return;
+    const ContactGroup& old_group = old_list.groups[old_index];
+    if (comes_before(group, old_group)) continue;
+    int k = old_group.begin;
+    for (int c = group.begin; c < group.end; ++c) {
+      const auto key = std::pair(new_list.first_sphere[c], new_list.second_sphere[c]);
+      while (k < old_group.end &&
+             std::pair(old_list.first_sphere[k], old_list.second_sphere[k]) < key) {
+        ++k;
+      }
+      if (k == old_group.end) break;
+      if (std::pair(old_list.first_sphere[k], old_list.second_sphere[k]) != key) continue;
+      new_list.spring[c] = old_list.spring[k];
+      new_list.is_touching[c] = old_list.is_touching[k];
+    }
+  }
+}
+
+}  // namespace
+
+template <int D>
+void ContactList<D>::clear() {
+  groups.clear();
+  first_sphere.clear();
+  second_sphere.clear();
+  reach.clear();
+  stiffness_factor.clear();
+  spring.clear();
+  is_touching.clear();
+}
+
+template <int D>
+void ContactList<D>::add(int first, int second, double sum_of_radii, double factor) {
+  first_sphere.push_back(first);
+  second_sphere.push_back(second);
+  reach.push_back(sum_of_radii);
+  stiffness_factor.push_back(factor);
+  spring.push_back(Motion<D>::no_tangent());
+  is_touching.push_back(0);
+}
+
+template <int D>
+void ContactSearch<D>::find(const Bodies<D>& bodies,
+                            const std::vector<Wall>& walls,
+                            const PairTable& pairs,
+                            int material_count,
+                            double margin,
+                            ContactList<D>& between_bodies,
+                            ContactList<D>& with_walls) {
+  find_pairs(bodies, pairs, material_count, margin);
+  find_walls(bodies, walls, pairs, material_count, margin);
+  keep_springs(between_bodies, new_between_);
+  keep_springs(with_walls, new_walls_);
+  std::swap(between_bodies, new_between_);
+  std::swap(with_walls, new_walls_);
+}
+
+template <int D>
+void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
+                                  const PairTable& pairs,
+                                  int material_count,
+                                  double margin) {
+  new_between_.clear();
+  find_near_pairs<D>(bodies.position, bodies.bounding_radius, margin, cells_, near_);
+  for (const IndexPair& near : near_) {
+    const int i = near.first, j = near.second;
+    const int begin = new_between_.count();
+    const int pair = bodies.material[i] * material_count + bodies.material[j];
+    const double modulus = pairs[pair].normal_modulus;
+    for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+      for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
+        const double rs = bodies.sphere_radius[s], rt = bodies.sphere_radius[t];
+        const double far = rs + rt + margin;
+        if ((bodies.sphere_position[t] - bodies.sphere_position[s]).squaredNorm() >= far * far) continue;
+        // 1/R* = 1/R1 + 1/R2 (thesis 1.4)
+        new_between_.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
+      }
+    }
+    const int end = new_between_.count();
+    const double reduced = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
+    if (end > begin) new_between_.groups.push_back({i, j, begin, end, pair, reduced});
+  }
+}
+
+template <int D>
+void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
+                                  const std::vector<Wall>& walls,
+                                  const PairTable& pairs,
+                                  int material_count,
+                                  double margin) {
+  new_walls_.clear();
+  for (int i = 0; i < bodies.count(); ++i) {
+    const Vec3 centre = to_space(bodies.position[i], bodies.layer);
+    for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
+      if (look_at(walls[w], centre).distance >= bodies.bounding_radius[i] + margin) continue;
+      const int begin = new_walls_.count();
+      const int pair = bodies.material[i] * material_count + walls[w].material;
+      for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+        const double radius = bodies.sphere_radius[s];
+        const Vec3 point = to_space(bodies.sphere_position[s], bodies.layer);
+        if (look_at(walls[w], point).distance >= radius + margin) continue;
+        // R* = R1 at a flat wall
+        new_walls_.add(s, 0, radius, 2.0 * pairs[pair].normal_modulus * std::sqrt(radius));
+      }
+      const int end = new_walls_.count();
+      if (end > begin) new_walls_.groups.push_back({i, w, begin, end, pair, bodies.mass[i]});
+    }
+  }
+}
+
+template struct ContactList<2>;
+template struct ContactList<3>;
+template class ContactSearch<2>;
+template class ContactSearch<3>;
+
+}  // namespace graintruth::sim

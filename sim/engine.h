@@ -1,0 +1,89 @@
+// Engine: the order of one step, for planar or spatial motion. Simulation chooses which at run time.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim/bodies.h"
+#include "sim/contacts.h"
+#include "sim/forces.h"
+#include "sim/integrate.h"
+#include "sim/simulation.h"
+
+namespace graintruth::sim {
+
+template <int D>
+class Engine {
+ public:
+  Engine(const Scene& scene, const SimulationOptions& options);
+
+  // One step of the current time step to `time` (s). False when it cannot be trusted; `trouble()` says why.
+  bool step(double time);
+  const std::string& trouble() const { return trouble_; }
+
+  void use_time_step(double time_step);
+  void use_global_damping(double per_second);
+  void use_pairs(const Scene& scene, const SimulationOptions& options);
+  void use_wall_motion(int wall, const WallMotion& motion);
+  void clear_velocities();
+
+  double time() const { return time_; }
+  double time_step() const { return factors_.time_step; }
+  std::int64_t contact_steps() const { return contact_steps_; }
+  std::int64_t searches() const { return searches_; }
+  const Bodies<D>& bodies() const { return bodies_; }
+  const std::vector<Wall>& walls_now() const { return walls_; }
+  Vec3 wall_force(int wall) const { return to_space(wall_surfaces_[wall].force); }
+
+  // Look at the contacts as the next step will see them; nothing is changed.
+  Energy energy();
+  std::vector<ContactReport> contacts();
+  std::uint64_t state_hash() const;
+
+ private:
+  template <class Visitor>
+  void add_forces(Visitor& visit);
+  template <bool Clipped, class Visitor>
+  int add_forces_of_law(Visitor& visit);
+  void start();
+  void find_contacts();
+  void find_contacts_if_moved();
+  double largest_displacement() const;
+  void move_walls_to(double time);
+  bool integrate();
+  std::string describe_overlap() const;
+
+  SimulationOptions options_;
+  Vec<D> gravity_;
+  PairTable pairs_;
+  int material_count_ = 0;
+  Bodies<D> bodies_;
+  std::vector<double> reach_squared_;  // m2; largest distance of a surface point from the centre
+  std::vector<Wall> walls_at_rest_, walls_;
+  std::vector<WallSurface<D>> wall_surfaces_;
+  ContactSearch<D> search_;
+  ContactList<D> between_, with_walls_;
+  std::vector<Touch<D>> touches_;
+
+  double time_ = 0.0;
+  StepFactors factors_;
+  double global_damping_ = 0.0;
+  double slip_time_ = 0.0;     // s; length of the step that brought the bodies here
+  double largest_move_ = 0.0;  // m a step
+  double skin_ = 0.0;
+  double travel_ = 0.0;       // m; bound on the path of any surface point since the last search
+  double wall_travel_ = 0.0;  // m; the same for walls
+  std::vector<Vec<D>> searched_position_;
+  typename TurnsOf<D>::type searched_turns_;
+
+  OverlapTrouble overlap_trouble_;
+  std::string trouble_;
+  std::int64_t contact_steps_ = 0;
+  std::int64_t searches_ = 0;
+  double damping_loss_ = 0.0;     // J
+  double tangential_work_ = 0.0;  // J; taken out of the motion by tangential forces, stored part included
+  double wall_work_ = 0.0;        // J
+};
+
+}  // namespace graintruth::sim

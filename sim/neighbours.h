@@ -1,0 +1,31 @@
+// Which bodies are near each other: a cell list over bounding spheres, linear in the number of bodies.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/motion.h"
+
+namespace graintruth::sim {
+
+struct IndexPair {
+  int first, second;  // first < second
+  bool operator==(const IndexPair&) const = default;
+};
+
+// Buffers that live from one search to the next.
+struct CellList {
+  std::vector<int> cell_of_body;
+  std::vector<int> first_in_cell;
+  std::vector<int> bodies_by_cell;
+};
+
+// All pairs whose bounding spheres are less than `margin` (m) apart, sorted by first and then second.
+template <int D>
+void find_near_pairs(std::span<const Vec<D>> centres,
+                     std::span<const double> radii,
+                     double margin,
+                     CellList& cells,
+                     std::vector<IndexPair>& pairs);
+
+}  // namespace graintruth::sim

@@ -1,0 +1,129 @@
+#include "sim/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace graintruth::sim {
+namespace {
+
+void require(bool fulfilled, const std::string& sentence) {
+  if (!fulfilled) throw std::invalid_argument("Scene: " + sentence);
+}
+
+// How far, in radii, a sphere of a planar scene may lie out of the layer: round-off of an orientation.
+constexpr double kLayerTolerance = 1e-9;
+
+}  // namespace
+
+double picture_angle_of(const Quat& world_from_body) {
+  const Vec3 axis = world_from_body * Vec3::UnitX();
+  return std::atan2(axis.z(), axis.x());
+}
+
+const Surfaces& SurfaceTable::of(int first, int second) const {
+  static const Surfaces unset;
+  const int low = std::min(first, second), high = std::max(first, second);
+  for (const Entry& entry : entries_) {
+    if (entry.low == low && entry.high == high) return entry.surfaces;
+  }
+  return unset;
+}
+
+void SurfaceTable::set(int first, int second, const Surfaces& surfaces) {
+  check(surfaces);
+  const int low = std::min(first, second), high = std::max(first, second);
+  for (Entry& entry : entries_) {
+    if (entry.low == low && entry.high == high) {
+      entry.surfaces = surfaces;
+      return;
+    }
+  }
+  entries_.push_back({low, high, surfaces});
+}
+
+int Scene::add_material(const Material& material) {
+  check(material);
+  materials.push_back(material);
+  return static_cast<int>(materials.size()) - 1;
+}
+
+int Scene::add_type(Clump clump) {
+  types.push_back(std::move(clump));
+  return static_cast<int>(types.size()) - 1;
+}
+
+int Scene::add_body(int type,
+                    const Vec3& position,
+                    const Quat& orientation,
+                    const Vec3& velocity,
+                    const Vec3& angular_velocity) {
+  bodies.push_back({type,
+                    position,
+                    orientation.normalized(),
+                    velocity,
+                    angular_velocity,
+                    planar ? picture_angle_of(orientation) : 0.0});
+  return static_cast<int>(bodies.size()) - 1;
+}
+
+int Scene::add_planar_body(int type,
+                           const Vec2& position,
+                           double picture_angle,
+                           const Vec2& velocity,
+                           double picture_spin) {
+  bodies.push_back({type,
+                    Vec3(position.x(), 0.0, position.y()),
+                    orientation_from_picture_angle(picture_angle),
+                    Vec3(velocity.x(), 0.0, velocity.y()),
+                    angular_velocity_from_picture_spin(picture_spin),
+                    picture_angle});
+  return static_cast<int>(bodies.size()) - 1;
+}
+
+int Scene::add_wall(const Wall& wall) {
+  walls.push_back(wall);
+  return static_cast<int>(walls.size()) - 1;
+}
+
+void check(const Scene& scene) {
+  const int materials = static_cast<int>(scene.materials.size());
+  for (const Material& material : scene.materials) check(material);
+  require(scene.gravity.allFinite(), "gravity must be finite");
+  for (std::size_t i = 0; i < scene.types.size(); ++i) {
+    const Clump& type = scene.types[i];
+    const std::string name = "type " + std::to_string(i);
+    require(type.material >= 0 && type.material < materials, name + " names an unknown material");
+    require(!type.spheres.empty(), name + " has no spheres");
+    for (const ElementSphere& sphere : type.spheres) {
+      require(!scene.planar || std::abs(sphere.centre.y()) <= kLayerTolerance * sphere.radius,
+              name + " has a sphere out of the layer (y = 0 in the body frame)");
+    }
+  }
+  for (std::size_t i = 0; i < scene.walls.size(); ++i) {
+    const Wall& wall = scene.walls[i];
+    const std::string name = "wall " + std::to_string(i);
+    require(wall.material >= 0 && wall.material < materials, name + " names an unknown material");
+    require(wall.motion.velocity.allFinite(), name + " has a velocity that is not finite");
+    require(!scene.planar || wall.shape == Wall::Shape::segment || wall.normal.y() == 0.0,
+            name + " is a plane across the layer of a planar scene");
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    const std::string name = "body " + std::to_string(i);
+    require(body.type >= 0 && body.type < static_cast<int>(scene.types.size()),
+            name + " names an unknown type");
+    require(body.position.allFinite() && body.orientation.coeffs().allFinite() &&
+                body.velocity.allFinite() && body.angular_velocity.allFinite(),
+            name + " has a value that is not finite");
+    if (!scene.planar) continue;
+    require(body.position.y() == scene.bodies.front().position.y(),
+            name + " lies in another layer than body 0");
+    require((body.orientation * Vec3::UnitY() - Vec3::UnitY()).norm() < kLayerTolerance,
+            name + " is tilted out of the layer");
+  }
+}
+
+}  // namespace graintruth::sim

@@ -1,0 +1,216 @@
+#include "sim/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "sim/engine.h"
+
+namespace graintruth::sim {
+namespace {
+
+constexpr int kStepsBetweenQuestions = 256;
+
+// A rest of a run shorter than this share of a step is rounding of the caller's times.
+constexpr double kShareOfStep = 1e-6;
+
+void require(bool fulfilled, const std::string& field, double value, const std::string& rule) {
+  if (fulfilled) return;
+  throw std::invalid_argument("SimulationOptions: " + field + " is " + std::to_string(value) + ", " +
+                              rule);
+}
+
+}  // namespace
+
+void check(const SimulationOptions& options) {
+  require(options.tangential_damping >= 0.0,
+          "tangential_damping",
+          options.tangential_damping,
+          "must not be below 0");
+  require(
+      options.global_damping >= 0.0, "global_damping", options.global_damping, "must not be below 0");
+  require(options.skin >= 0.0, "skin", options.skin, "must not be below 0");
+  require(options.largest_move > 0.0, "largest_move", options.largest_move, "must be above 0");
+  require(
+      options.largest_overlap > 0.0, "largest_overlap", options.largest_overlap, "must be above 0");
+}
+
+struct Simulation::Engines {
+  Scene scene;
+  SimulationOptions options;
+  double longest_step;
+  std::variant<Engine<2>, Engine<3>> engine;
+  State state;
+
+  Engines(const Scene& start, const SimulationOptions& chosen)
+      : scene(start),
+        options(chosen),
+        longest_step(choose_time_step(start, chosen.time_step)),
+        engine(start.planar ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, start, chosen)
+                            : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, start, chosen)) {}
+
+  template <class Function>
+  decltype(auto) visit(Function function) {
+    return std::visit(function, engine);
+  }
+  const State& refreshed_state() {
+    visit([this](const auto& e) {
+      write_state(e.bodies(), state);
+      state.time = e.time();
+    });
+    return state;
+  }
+};
+
+Simulation::Simulation(const Scene& scene, const SimulationOptions& options) {
+  check(scene);
+  check(options);
+  engines_ = std::make_unique<Engines>(scene, options);
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+namespace {
+
+// Steps an engine through one stretch of time. False when the run must end; the summary then says why.
+template <int D>
+bool run_stretch(Engine<D>& engine,
+                 double from,
+                 double length,
+                 std::int64_t step_count,
+                 const SimulationOptions& options,
+                 const Sampling& sampling,
+                 RunSummary& summary) {
+  const double time_step = length / static_cast<double>(step_count);
+  engine.use_time_step(time_step);
+  summary.time_step = time_step;
+  for (std::int64_t i = 1; i <= step_count; ++i) {
+    if (options.largest_step_count > 0 && summary.steps >= options.largest_step_count) {
+      summary.status = RunStatus::timed_out;
+      summary.message = "stopped after " + std::to_string(summary.steps) + " steps";
+      return false;
+    }
+    if (sampling.should_stop && summary.steps % kStepsBetweenQuestions == 0 && sampling.should_stop()) {
+      summary.status = RunStatus::timed_out;
+      summary.message = "stopped by the caller after " + std::to_string(summary.steps) + " steps";
+      return false;
+    }
+    if (!engine.step(i == step_count ? from + length : from + static_cast<double>(i) * time_step)) {
+      summary.status = RunStatus::unstable;
+      summary.message = engine.trouble();
+      return false;
+    }
+    ++summary.steps;
+  }
+  return true;
+}
+
+}  // namespace
+
+RunSummary Simulation::run_until(double time, const Sampling& sampling) {
+  Engines& all = *engines_;
+  RunSummary summary;
+  all.visit([&](auto& engine) {
+    const double start = engine.time();
+    const double whole = time - start;
+    const std::int64_t contacts_before = engine.contact_steps();
+    const std::int64_t searches_before = engine.searches();
+    const double interval = sampling.interval > 0.0 ? sampling.interval : whole;
+    const auto observe = [&] {
+      if (sampling.observer) sampling.observer(all.refreshed_state());
+    };
+    if (sampling.interval > 0.0) observe();
+    for (std::int64_t k = 0; whole > 0.0; ++k) {
+      const double done = static_cast<double>(k) * interval;
+      const double length = std::min(interval, whole - done);
+      if (length <= kShareOfStep * all.longest_step) break;
+      const auto count = static_cast<std::int64_t>(
+          std::max(std::ceil(length / all.longest_step - kShareOfStep), 1.0));
+      if (!run_stretch(engine, start + done, length, count, all.options, sampling, summary)) break;
+      observe();
+    }
+    summary.time = engine.time();
+    summary.searches = engine.searches() - searches_before;
+    if (summary.steps > 0) {
+      summary.mean_contacts = static_cast<double>(engine.contact_steps() - contacts_before) /
+                              static_cast<double>(summary.steps);
+    }
+  });
+  return summary;
+}
+
+const State& Simulation::state() const { return engines_->refreshed_state(); }
+
+double Simulation::time() const {
+  return engines_->visit([](const auto& engine) { return engine.time(); });
+}
+
+double Simulation::time_step() const { return engines_->longest_step; }
+
+void Simulation::set_surfaces(int first_material, int second_material, const Surfaces& surfaces) {
+  Engines& all = *engines_;
+  all.scene.surfaces.set(first_material, second_material, surfaces);
+  all.visit([&](auto& engine) { engine.use_pairs(all.scene, all.options); });
+}
+
+void Simulation::set_global_damping(double per_second) {
+  engines_->options.global_damping = per_second;
+  check(engines_->options);
+  engines_->visit([&](auto& engine) { engine.use_global_damping(per_second); });
+}
+
+void Simulation::set_time_step(const TimeStepOptions& options) {
+  engines_->longest_step = choose_time_step(engines_->scene, options);
+  engines_->options.time_step = options;
+}
+
+void Simulation::set_wall_motion(int wall, const WallMotion& motion) {
+  engines_->visit([&](auto& engine) { engine.use_wall_motion(wall, motion); });
+}
+
+void Simulation::clear_velocities() {
+  engines_->visit([](auto& engine) { engine.clear_velocities(); });
+}
+
+Energy Simulation::energy() const {
+  return engines_->visit([](auto& engine) { return engine.energy(); });
+}
+
+std::vector<ContactReport> Simulation::contacts() const {
+  return engines_->visit([](auto& engine) { return engine.contacts(); });
+}
+
+Vec3 Simulation::wall_force(int wall) const {
+  return engines_->visit([wall](const auto& engine) { return engine.wall_force(wall); });
+}
+
+Scene Simulation::scene_now() const {
+  Scene scene = engines_->scene;
+  const State& now = engines_->refreshed_state();
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    Body& body = scene.bodies[i];
+    body.position = now.position[i];
+    body.orientation = now.orientation[i];
+    body.velocity = now.velocity[i];
+    body.angular_velocity = now.angular_velocity[i];
+    if (scene.planar) body.picture_angle = now.picture_angle[i];
+  }
+  engines_->visit([&](const auto& engine) {
+    for (std::size_t w = 0; w < scene.walls.size(); ++w) {
+      const Wall& moved = engine.walls_now()[w];
+      scene.walls[w].from = moved.from;
+      scene.walls[w].to = moved.to;
+      scene.walls[w].point = moved.point;
+    }
+  });
+  return scene;
+}
+
+std::uint64_t Simulation::state_hash() const {
+  return engines_->visit([](const auto& engine) { return engine.state_hash(); });
+}
+
+}  // namespace graintruth::sim

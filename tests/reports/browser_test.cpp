@@ -1,0 +1,98 @@
+// The page in a real browser: everything drawn, nothing complained about, nothing asked of the network.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "datasets/run_folder.h"
+#include "fixture_run.h"
+#include "reports/report.h"
+
+namespace graintruth::reports {
+namespace {
+
+constexpr const char* browser = "/usr/bin/chromium";
+
+struct Visit {
+  int status = -1;
+  std::string document;  // after its scripts have run
+  std::string console;   // warnings, errors and refused requests
+};
+
+// Opens a page from disk. Lines of the browser's own log that are not about the page are left out.
+Visit visit(const std::filesystem::path& page, const std::filesystem::path& scratch) {
+  std::filesystem::remove_all(scratch);
+  std::filesystem::create_directories(scratch);
+  const std::string command = fmt::format(
+      "HOME='{0}' timeout 120 {1} --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+      "--disable-background-networking --disable-component-update --disable-sync --user-data-dir='{0}/profile' "
+      "--window-size=1280,1000 --virtual-time-budget=20000 --enable-logging=stderr --v=0 --dump-dom 'file://{2}' "
+      ">'{0}/document' 2>'{0}/log'",
+      scratch.string(),
+      browser,
+      page.string());
+  Visit result;
+  result.status = std::system(command.c_str());
+  result.document = datasets::read_whole(scratch / "document");
+  std::ifstream log(scratch / "log");
+  for (std::string text; std::getline(log, text);)
+    if (text.find("CONSOLE") != std::string::npos) result.console += text + "\n";
+  return result;
+}
+
+int count_of(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (auto place = text.find(part); place != std::string::npos; place = text.find(part, place + 1)) ++found;
+  return found;
+}
+
+class BrowserPage : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(browser)) GTEST_SKIP() << browser << " is not installed";
+    root_ = tests::empty_folder(testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = tests::write_fixture_run(root_ / "run");
+  }
+  void TearDown() override {
+    if (!root_.empty()) std::filesystem::remove_all(root_);
+  }
+
+  std::filesystem::path root_;
+  datasets::RunFolder folder_;
+};
+
+TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
+  write_report(folder_);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  EXPECT_EQ(seen.status, 0);
+  EXPECT_EQ(seen.console, "");
+  const int figures = count_of(seen.document, "<figure class=\"plot\"");
+  EXPECT_EQ(figures, 12);
+  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)), std::string::npos);
+  EXPECT_NE(seen.document.find("data-figures-failed=\"0\""), std::string::npos);
+  EXPECT_GE(count_of(seen.document, "class=\"main-svg\""), figures);
+}
+
+TEST_F(BrowserPage, DrawsWhatThereIsWhenTablesAreAbsent) {
+  std::filesystem::remove_all(root_ / "run" / "tables");
+  std::filesystem::remove(folder_.tracking());
+  write_report(folder_);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  EXPECT_EQ(seen.console, "");
+  EXPECT_NE(seen.document.find("data-figures-drawn=\"3\""), std::string::npos);
+}
+
+// Guards the test above: a request that the page's policy refuses must show in the console.
+TEST_F(BrowserPage, WouldBeRefusedTheNetwork) {
+  std::string page = build_report(folder_);
+  page.insert(page.find("</body>"), "<img src=\"http://127.0.0.1:9/picture.png\">");
+  datasets::write_whole(folder_.report(), page);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  EXPECT_NE(seen.console.find("Content Security Policy"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace graintruth::reports

@@ -1,0 +1,16 @@
+// A run folder with made-up numbers: every file that a calibration leaves behind, plausible in shape, true in nothing.
+#pragma once
+
+#include <filesystem>
+
+#include "datasets/run_folder.h"
+
+namespace graintruth::tests {
+
+// Writes the folder anew at the given place; the same numbers every time.
+datasets::RunFolder write_fixture_run(const std::filesystem::path& root);
+
+// An empty folder of its own for the running test, under the build's temporary folder.
+std::filesystem::path empty_folder(const std::string& name);
+
+}  // namespace graintruth::tests

@@ -1,0 +1,237 @@
+#include "reports/report.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "datasets/input_error.h"
+#include "datasets/run_folder.h"
+#include "fixture_run.h"
+
+namespace graintruth::reports {
+namespace {
+
+using Json = nlohmann::json;
+
+// Each test has its own run folder, removed at its end.
+class Report : public testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = tests::empty_folder(testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = tests::write_fixture_run(root_);
+  }
+  void TearDown() override { std::filesystem::remove_all(root_); }
+
+  Json read(const std::filesystem::path& file) { return Json::parse(datasets::read_whole(file)); }
+  void write(const std::filesystem::path& file, const Json& json) {
+    datasets::write_whole(file, json.dump());
+  }
+
+  std::filesystem::path root_;
+  datasets::RunFolder folder_;
+};
+
+// The page as a reader would type it: with ordinary spaces.
+std::string spoken(std::string page) {
+  const std::string unbreakable = "\u00a0";
+  for (auto place = page.find(unbreakable); place != std::string::npos; place = page.find(unbreakable, place))
+    page.replace(place, unbreakable.size(), " ");
+  return page;
+}
+
+int occurrences(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (auto place = text.find(part); place != std::string::npos; place = text.find(part, place + 1)) ++found;
+  return found;
+}
+
+// The page without its scripts: what a reader reads.
+std::string without_scripts(std::string page) {
+  for (auto begin = page.find("<script"); begin != std::string::npos; begin = page.find("<script"))
+    page.erase(begin, page.find("</script>", begin) + 9 - begin);
+  return page;
+}
+
+TEST_F(Report, HasEverySectionInOrder) {
+  const std::string page = build_report(folder_);
+  std::size_t place = 0;
+  for (const char* id : {"verdict", "parameters", "agreement", "tracks", "search", "rms", "time-step", "films",
+                         "method", "provenance"}) {
+    const std::size_t found = page.find(fmt::format("<section id=\"{}\"", id));
+    ASSERT_NE(found, std::string::npos) << id;
+    EXPECT_GT(found, place) << id;
+    place = found;
+  }
+}
+
+TEST_F(Report, CallsACalibrationACalibration) {
+  const std::string page = build_report(folder_);
+  EXPECT_NE(page.find("<title>Calibration report: Fixture"), std::string::npos);
+  EXPECT_NE(page.find("a calibration and not a validation"), std::string::npos);
+}
+
+TEST_F(Report, CallsAComparisonAComparison) {
+  Json result = read(folder_.result());
+  result["kind"] = "validation";
+  write(folder_.result(), result);
+  const std::string page = build_report(folder_);
+  EXPECT_NE(page.find("<title>Comparison at given parameters: Fixture"), std::string::npos);
+  EXPECT_EQ(page.find("a calibration and not a validation"), std::string::npos);
+}
+
+TEST_F(Report, StatesTheParametersWithTheirIntervalsInASentence) {
+  EXPECT_NE(spoken(build_report(folder_)).find(
+                "a friction between particles of 0.123 (95 % interval 0.104 to 0.140) and a friction between particles "
+                "and walls of 0.171 (95 % interval 0.148 to 0.196)"),
+            std::string::npos);
+}
+
+TEST_F(Report, SaysThatRestitutionIsNotIdentified) {
+  EXPECT_NE(build_report(folder_).find("The restitution is not identified"), std::string::npos);
+}
+
+TEST_F(Report, PutsTheYardsticksBesideTheAgreement) {
+  const std::string page = spoken(build_report(folder_));
+  EXPECT_NE(page.find("88.7 % of all values"), std::string::npos);
+  EXPECT_NE(page.find("77.9 % in the thesis"), std::string::npos);
+  EXPECT_NE(page.find("averaged over M = 10 runs would score 91.4 % (81.5 % in the thesis form); a sixth real "
+                      "replicate would score 75.0 % (55.5 %)"),
+            std::string::npos);
+  EXPECT_NE(page.find("2.7 points below its ceiling and above a further replicate"), std::string::npos);
+}
+
+TEST_F(Report, WarnsWhenTheScoreIsAboveItsCeiling) {
+  Json result = read(folder_.result());
+  result["agreement"]["percent_student_t"] = 97.0;
+  write(folder_.result(), result);
+  EXPECT_NE(build_report(folder_).find("5.6 points above that ceiling"), std::string::npos);
+}
+
+TEST_F(Report, ShowsEveryNumberThatARunLeavesBehind) {
+  const std::string page = without_scripts(spoken(build_report(folder_)));
+  for (const char* number : {"0.123", "0.104 to 0.140", "0.171", "0.36", "0 to 0.6",       // parameters
+                             "90.2 %", "79.1 %", "66.2 %", "51.3 %", "7.34 mm",               // agreement
+                             "of 780", "0.2389", "0.0058",                                     // search
+                             "21.3", "8.1", "532", "1052",                                     // RMS
+                             "1.25 × 10⁻⁵", "0.2413", "−0.0021", "25 s",                      // time step
+                             "1.103", "98.4 %", "0.31", "0.200 ± 0.006",                       // films
+                             "112", "1136", "12 min 34 s", "0123456789abcdef", "9 min 58 s"})  // provenance
+    EXPECT_NE(page.find(number), std::string::npos) << number;
+}
+
+TEST_F(Report, ShowsTheNoteTheWarningsAndTheCommand) {
+  const std::string page = build_report(folder_);
+  EXPECT_NE(page.find("a test wrote these numbers"), std::string::npos);
+  EXPECT_NE(page.find("Fixture warning: the two frictions trade off"), std::string::npos);
+  EXPECT_NE(page.find("rep3: Particle 9 is hidden for 4 frames."), std::string::npos);
+  EXPECT_NE(page.find("graintruth calibrate fixture.toml --budget 112 --seed 7"), std::string::npos);
+}
+
+TEST_F(Report, EmbedsTheAnnotatedFrames) {
+  EXPECT_EQ(occurrences(build_report(folder_), "<img src=\"data:image/jpeg;base64,/9j/"), 10);
+}
+
+TEST_F(Report, DoesNotFollowPicturesOutOfTheRunFolder) {
+  const std::filesystem::path secret = root_.string() + ".outside.jpg";
+  datasets::write_whole(secret, "outside");
+  Json tracking = read(folder_.tracking());
+  tracking["replicates"][0]["annotated_frames"] = {"../" + secret.filename().string(), secret.string()};
+  write(folder_.tracking(), tracking);
+  const std::string page = build_report(folder_);
+  std::filesystem::remove(secret);
+  EXPECT_EQ(page.find("b3V0c2lkZQ=="), std::string::npos);  // "outside" in base 64
+  EXPECT_NE(page.find("does not hold"), std::string::npos);
+}
+
+TEST_F(Report, EscapesHostileText) {
+  const std::string hostile = "</script><script>alert('owned')</script><img src=x onerror=alert(1)>{{{style}}}";
+  Json result = read(folder_.result());
+  for (const char* key : {"title", "note", "experiment", "message", "status"}) result[key] = hostile;
+  result["warnings"] = {hostile};
+  result["parameters"][hostile] = result["parameters"]["restitution"];
+  write(folder_.result(), result);
+  Json run = read(folder_.run());
+  run["command"] = hostile;
+  run["configuration"] = {{"key", hostile}};
+  run["input_hashes"] = {{hostile, hostile}};
+  write(folder_.run(), run);
+  Json tracking = read(folder_.tracking());
+  for (const char* key : {"name", "film", "grade"}) tracking["replicates"][0][key] = hostile;
+  write(folder_.tracking(), tracking);
+
+  const std::string page = build_report(folder_);
+  EXPECT_EQ(page.find("<script>alert"), std::string::npos);
+  EXPECT_EQ(page.find("<img src=x"), std::string::npos);
+  EXPECT_NE(page.find("&lt;script&gt;alert(&apos;owned&apos;)"), std::string::npos);
+  EXPECT_EQ(occurrences(page, ":root {"), 1) << "the template was expanded twice";
+}
+
+TEST_F(Report, SaysSoWhereAnOptionalFileIsAbsent) {
+  std::filesystem::remove_all(root_ / "tables");
+  std::filesystem::remove(folder_.tracking());
+  std::filesystem::remove(folder_.measured());
+  const std::string page = build_report(folder_);
+  for (const char* sentence : {"(tables/ranks.csv) are absent",
+                               "(tables/agreement.csv) is absent",
+                               "(tables/bands.csv) are absent",
+                               "(tables/evaluations.csv) is absent",
+                               "Neither bootstrap draws",
+                               "(tables/rms_friction.csv) was not computed",
+                               "No film was tracked in this run"})
+    EXPECT_NE(page.find(sentence), std::string::npos) << sentence;
+  EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 3);  // parameters, scores, time step
+}
+
+TEST_F(Report, IsMadeFromRunJsonAlone) {
+  std::filesystem::remove_all(root_ / "tables");
+  for (const auto& file : {folder_.tracking(), folder_.measured(), folder_.result()}) std::filesystem::remove(file);
+  const std::string page = build_report(folder_);
+  EXPECT_NE(page.find("This run has no result yet"), std::string::npos);
+  EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 0);
+}
+
+TEST_F(Report, LivesThroughNullNumbers) {
+  Json result = read(folder_.result());
+  for (auto& [key, value] : result["agreement"].items()) value = nullptr;
+  for (auto& [name, parameter] : result["parameters"].items())
+    for (auto& [key, value] : parameter.items()) value = nullptr;
+  for (auto& row : result["time_step"]["study"]) row = {{"fraction", nullptr}};
+  write(folder_.result(), result);
+  EXPECT_EQ(without_scripts(build_report(folder_)).find(">nan"), std::string::npos);
+}
+
+TEST_F(Report, RefusesAFolderThatHoldsNoRun) {
+  const datasets::RunFolder empty{root_ / "empty"};
+  EXPECT_THROW(build_report(empty), datasets::InputError);
+}
+
+TEST_F(Report, NamesTheFileThatIsNotJson) {
+  datasets::write_whole(folder_.result(), "{\"status\": ");
+  try {
+    build_report(folder_);
+    FAIL() << "accepted broken JSON";
+  } catch (const datasets::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("result.json"), std::string::npos);
+  }
+}
+
+TEST_F(Report, IsTheSameBytesForTheSameFolder) { EXPECT_EQ(build_report(folder_), build_report(folder_)); }
+
+TEST_F(Report, IsWrittenIntoTheRunFolder) {
+  write_report(folder_);
+  EXPECT_EQ(datasets::read_whole(folder_.report()), build_report(folder_));
+}
+
+TEST_F(Report, ForbidsAndNeedsNoNetwork) {
+  const std::string page = build_report(folder_);
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+  const std::string read_by_browser = without_scripts(page);
+  for (const char* address : {"http://", "https://", "url(", "@import", "src=\"/", "<link"})
+    EXPECT_EQ(read_by_browser.find(address), std::string::npos) << address;
+}
+
+}  // namespace
+}  // namespace graintruth::reports

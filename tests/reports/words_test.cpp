@@ -1,0 +1,42 @@
+#include "reports/words.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace graintruth::reports {
+namespace {
+
+TEST(Decimal, ShowsAsManyPlacesAsAsked) { EXPECT_EQ(decimal(0.12345, 3), "0.123"); }
+TEST(Decimal, HasATypographicMinus) { EXPECT_EQ(decimal(-1.5, 1), "−1.5"); }
+TEST(Decimal, NeverShowsMinusZero) { EXPECT_EQ(decimal(-0.001, 2), "0.00"); }
+TEST(Decimal, ShowsADashForWhatIsNotThere) { EXPECT_EQ(decimal(std::nan(""), 2), "–"); }
+TEST(Significant, KeepsThreeDigitsWhereverThePointIs) {
+  EXPECT_EQ(significant(0.0023456), "0.00235");
+  EXPECT_EQ(significant(1234.5), "1234");
+}
+TEST(Significant, WritesVerySmallNumbersAsPowersOfTen) {
+  EXPECT_EQ(significant(1.25e-5), "1.25 × 10⁻⁵");
+}
+TEST(Seconds, ReadsAsAPersonWouldSayIt) {
+  EXPECT_EQ(seconds(0.8), "0.8 s");
+  EXPECT_EQ(seconds(250.0), "4 min 10 s");
+  EXPECT_EQ(seconds(7500.0), "2 h 5 min");
+}
+TEST(DecimalsOfInterval, ShowTwoDigitsOfTheHalfWidth) {
+  EXPECT_EQ(decimals_of_interval(0.104, 0.140), 3);
+  EXPECT_EQ(decimals_of_interval(0.1, 0.6), 2);
+}
+TEST(Ordinal, IsAWordThenANumber) {
+  EXPECT_EQ(ordinal(6), "sixth");
+  EXPECT_EQ(ordinal(13), "13th");
+  EXPECT_EQ(ordinal(22), "22nd");
+  EXPECT_EQ(ordinal(111), "111th");
+}
+TEST(Joined, PutsAnAndBeforeTheLast) {
+  EXPECT_EQ(joined({"a"}), "a");
+  EXPECT_EQ(joined({"a", "b", "c"}), "a, b and c");
+}
+
+}  // namespace
+}  // namespace graintruth::reports

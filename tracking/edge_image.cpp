@@ -1,0 +1,72 @@
+#include "tracking/edge_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace graintruth::tracking {
+
+namespace {
+constexpr double saturation = 250.0;  // grey levels of 255
+}
+
+EdgeImage::EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_px)
+    : region_(region & cv::Rect(0, 0, frame.cols, frame.rows)) {
+  cv::Mat exact, parts[3];
+  frame(region_).convertTo(exact, CV_32FC3);
+  cv::cvtColor(exact, exact, cv::COLOR_BGR2YCrCb);
+  cv::split(exact, parts);
+  // Films store colour at half the resolution and decoders repeat it in blocks of 2 x 2: without more smoothing than
+  // the brightness needs, edges of colour would step with the blocks by half a pixel.
+  constexpr double colour_blur_px = 1.4;
+  cv::GaussianBlur(parts[0], parts[0], cv::Size(5, 5), blur_px, blur_px, cv::BORDER_REPLICATE);
+  for (int c : {1, 2})
+    cv::GaussianBlur(parts[c], parts[c], cv::Size(9, 9), colour_blur_px, colour_blur_px, cv::BORDER_REPLICATE);
+  cv::merge(parts, 3, smooth_);
+  cv::inRange(frame(region_), cv::Scalar(saturation, saturation, saturation), cv::Scalar(255, 255, 255), saturated_);
+  cv::dilate(saturated_, saturated_, cv::Mat::ones(5, 5, CV_8U));
+}
+
+bool EdgeImage::contains(const Eigen::Vector2d& pixel, double margin) const {
+  return pixel.x() > region_.x + margin && pixel.y() > region_.y + margin &&
+         pixel.x() < region_.x + region_.width - 1 - margin && pixel.y() < region_.y + region_.height - 1 - margin;
+}
+
+Eigen::Vector3f EdgeImage::at(const Eigen::Vector2d& pixel) const {
+  const double x = pixel.x() - region_.x, y = pixel.y() - region_.y;
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
+  using Colour = Eigen::Map<const Eigen::Vector3f>;
+  const float* top = smooth_.ptr<float>(y0) + 3 * x0;
+  const float* bottom = smooth_.ptr<float>(y0 + 1) + 3 * x0;
+  return (1.0F - fy) * ((1.0F - fx) * Colour(top) + fx * Colour(top + 3)) +
+         fy * ((1.0F - fx) * Colour(bottom) + fx * Colour(bottom + 3));
+}
+
+bool EdgeImage::is_saturated(const Eigen::Vector2d& pixel) const {
+  const int x = static_cast<int>(std::lround(pixel.x())) - region_.x;
+  const int y = static_cast<int>(std::lround(pixel.y())) - region_.y;
+  return saturated_.at<std::uint8_t>(y, x) != 0;
+}
+
+double camera_noise(const cv::Mat& frame) {
+  cv::Mat channel, response;
+  cv::extractChannel(frame, channel, 1);
+  // The difference of two Laplacians answers neither to slopes nor to plain edges; its gain on white noise is 6.
+  const cv::Mat kernel = (cv::Mat_<float>(3, 3) << 1, -2, 1, -2, 4, -2, 1, -2, 1);
+  cv::filter2D(channel, response, CV_32F, kernel);
+  std::vector<float> magnitudes;
+  magnitudes.reserve(response.total() / 4 + 1);
+  for (int row = 1; row + 1 < response.rows; row += 2)
+    for (int column = 1; column + 1 < response.cols; column += 2)
+      magnitudes.push_back(std::abs(response.at<float>(row, column)));
+  if (magnitudes.empty()) return 1.0;
+  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+  constexpr double normal_quartile = 0.6745;
+  // Rounding to whole grey levels alone gives 0.29.
+  return std::max(0.3, *middle / 6.0 / normal_quartile);
+}
+
+}  // namespace graintruth::tracking

@@ -1,0 +1,276 @@
+#include "tracking/fiducials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+namespace graintruth::tracking {
+
+namespace {
+
+double bilinear(const cv::Mat& grey, double column, double row) {
+  const double x = std::clamp(column, 0.0, grey.cols - 1.001), y = std::clamp(row, 0.0, grey.rows - 1.001);
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const double fx = x - x0, fy = y - y0;
+  const std::uint8_t* top = grey.ptr<std::uint8_t>(y0) + x0;
+  const std::uint8_t* bottom = grey.ptr<std::uint8_t>(y0 + 1) + x0;
+  return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
+}
+
+// One correspondence fixes nothing, two fix a similarity: lab (x, z) to corrected pixels (a * column, -row).
+struct Similarity {
+  double real = 0.0, imaginary = 0.0;  // scale times cosine and sine of the turn
+  Eigen::Vector2d shift;
+  Eigen::Vector2d operator()(const Eigen::Vector2d& p) const {
+    return shift + Eigen::Vector2d(real * p.x() - imaginary * p.y(), imaginary * p.x() + real * p.y());
+  }
+};
+
+}  // namespace
+
+std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
+  cv::Mat smooth;
+  cv::GaussianBlur(grey, smooth, cv::Size(3, 3), 0.0);
+  double darkest = 0.0, lightest = 0.0;
+  cv::minMaxLoc(smooth, &darkest, &lightest);
+  constexpr int levels = 24;
+  struct Group {
+    DarkDot sum;
+    int members = 0;
+  };
+  std::vector<Group> groups;
+  for (int level = 1; level < levels; ++level) {
+    const double threshold = darkest + (lightest - darkest) * level / levels;
+    cv::Mat dark;
+    cv::threshold(smooth, dark, threshold, 255.0, cv::THRESH_BINARY_INV);
+    std::vector<std::vector<cv::Point>> contours;
+    cv::findContours(dark, contours, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
+    for (const auto& contour : contours) {
+      // A contour runs through pixel centres: add half a pixel all round to get the patch's own area.
+      const double area = cv::contourArea(contour) + 0.5 * static_cast<double>(contour.size()) + 1.0;
+      const double smallest = 12.0;  // px^2: below 4 px across a dot has no measurable shape
+      if (area < smallest || area > grey.total() / 300.0) continue;
+      const cv::Rect box = cv::boundingRect(contour);
+      if (std::max(box.width, box.height) > 1.6 * std::min(box.width, box.height) + 1.0) continue;
+      // A disc fills pi/4 of its box.
+      const double fill = area / (static_cast<double>(box.width) * box.height);
+      if (fill < 0.66 || fill > 0.93) continue;
+      const cv::Moments moments = cv::moments(contour);
+      if (moments.m00 <= 0.0) continue;
+      const Eigen::Vector2d centre(moments.m10 / moments.m00, moments.m01 / moments.m00);
+      const double diameter = std::sqrt(4.0 * area / std::numbers::pi);
+      // Dark inside, light all round, whatever the absolute levels.
+      const double inside = bilinear(smooth, centre.x(), centre.y());
+      if (inside > threshold) continue;
+      int light = 0;
+      constexpr int around = 16;
+      for (int k = 0; k < around; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / around;
+        const double reach = 0.5 * diameter * 1.25 + 1.0;
+        light += bilinear(smooth, centre.x() + reach * std::cos(angle), centre.y() + reach * std::sin(angle)) >
+                 threshold;
+      }
+      if (light < around - 1) continue;
+      bool merged = false;
+      for (Group& group : groups) {
+        const Eigen::Vector2d mean = group.sum.centre / group.members;
+        const double mean_diameter = group.sum.diameter / group.members;
+        if ((mean - centre).norm() < 0.25 * mean_diameter && std::abs(mean_diameter - diameter) < 0.4 * diameter) {
+          group.sum.centre += centre;
+          group.sum.diameter += diameter;
+          ++group.members;
+          merged = true;
+          break;
+        }
+      }
+      if (!merged) groups.push_back({{centre, diameter}, 1});
+    }
+  }
+  std::vector<DarkDot> dots;
+  for (const Group& group : groups) {
+    // A printed dot is dark over a good part of the picture's range; texture separates at one level only.
+    if (group.members >= 2) dots.push_back({group.sum.centre / group.members, group.sum.diameter / group.members});
+  }
+  return dots;
+}
+
+std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
+                                             const std::vector<datasets::Fiducial>& fiducials,
+                                             double pixel_aspect) {
+  const std::vector<DarkDot> dots = find_dark_dots(grey);
+  const auto lab = [&](std::size_t i) { return Eigen::Vector2d(fiducials[i].x, fiducials[i].z); };
+  const auto corrected = [&](std::size_t k) {
+    return Eigen::Vector2d(pixel_aspect * dots[k].centre.x(), -dots[k].centre.y());
+  };
+  // Diameters in corrected pixels: area scales with the aspect.
+  const auto size = [&](std::size_t k) { return dots[k].diameter * std::sqrt(pixel_aspect); };
+
+  double widest = 0.0;
+  for (std::size_t i = 0; i < fiducials.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) widest = std::max(widest, (lab(i) - lab(j)).norm());
+
+  struct Match {
+    std::vector<int> dot_of;  // per fiducial, -1 unseen
+    int count = 0;
+    double misfit = 0.0;
+  };
+  // Distortion and tilt move dots by up to a few per cent of the picture against a similarity.
+  const double slack = 0.02 * grey.cols;
+  const auto match_with = [&](const auto& map, double tolerance, double scale) {
+    Match match;
+    match.dot_of.assign(fiducials.size(), -1);
+    std::vector<char> taken(dots.size(), 0);
+    for (std::size_t i = 0; i < fiducials.size(); ++i) {
+      const Eigen::Vector2d expected = map(lab(i));
+      double nearest = tolerance;
+      int best = -1;
+      for (std::size_t k = 0; k < dots.size(); ++k) {
+        const double size_ratio = size(k) / (scale * fiducials[i].diameter);
+        if (taken[k] || size_ratio < 0.65 || size_ratio > 1.5) continue;
+        const double distance = (corrected(k) - expected).norm();
+        if (distance < nearest) {
+          nearest = distance;
+          best = static_cast<int>(k);
+        }
+      }
+      if (best < 0) continue;
+      taken[static_cast<std::size_t>(best)] = 1;
+      match.dot_of[i] = best;
+      ++match.count;
+      match.misfit += nearest / tolerance;
+    }
+    return match;
+  };
+
+  // 1. Every far pair of fiducials against every pair of dots that agrees with it in size and uprightness
+  Match best;
+  Similarity best_map;
+  constexpr double largest_roll = 0.44;  // rad, 25 degrees: beyond that a symmetric layout could be taken turned
+  for (std::size_t i = 0; i < fiducials.size(); ++i) {
+    for (std::size_t j = 0; j < fiducials.size(); ++j) {
+      const Eigen::Vector2d between = lab(j) - lab(i);
+      if (i == j || between.norm() < 0.4 * widest || (between.x() < 0 || (between.x() == 0 && between.y() < 0)))
+        continue;
+      for (std::size_t a = 0; a < dots.size(); ++a) {
+        for (std::size_t b = 0; b < dots.size(); ++b) {
+          if (a == b) continue;
+          const Eigen::Vector2d seen = corrected(b) - corrected(a);
+          const double scale = seen.norm() / between.norm();
+          const double ratio_a = size(a) / (scale * fiducials[i].diameter);
+          const double ratio_b = size(b) / (scale * fiducials[j].diameter);
+          if (std::min(ratio_a, ratio_b) < 0.7 || std::max(ratio_a, ratio_b) > 1.4) continue;
+          const double real = between.dot(seen) / between.squaredNorm();
+          const double imaginary = (between.x() * seen.y() - between.y() * seen.x()) / between.squaredNorm();
+          if (std::abs(std::atan2(imaginary, real)) > largest_roll) continue;
+          Similarity map{real, imaginary, Eigen::Vector2d::Zero()};
+          map.shift = corrected(a) - map(lab(i));
+          const Match match = match_with(map, std::max(slack, 0.5 * scale * fiducials[i].diameter), scale);
+          if (match.count > best.count || (match.count == best.count && match.misfit < best.misfit)) {
+            best = match;
+            best_map = map;
+          }
+        }
+      }
+    }
+  }
+  if (best.count < 3) return {};
+
+  // 2. An affine map through what matched catches the outer dots too
+  for (int pass = 0; pass < 3 && best.count >= 4; ++pass) {
+    Eigen::MatrixXd design(best.count, 3), target(best.count, 2);
+    int row = 0;
+    for (std::size_t i = 0; i < fiducials.size(); ++i) {
+      if (best.dot_of[i] < 0) continue;
+      design.row(row) << fiducials[i].x, fiducials[i].z, 1.0;
+      target.row(row++) = corrected(static_cast<std::size_t>(best.dot_of[i])).transpose();
+    }
+    const Eigen::MatrixXd affine = design.colPivHouseholderQr().solve(target);
+    if (!affine.allFinite()) break;
+    const auto map = [&](const Eigen::Vector2d& p) {
+      return Eigen::Vector2d((Eigen::RowVector3d(p.x(), p.y(), 1.0) * affine).transpose());
+    };
+    const Match match =
+        match_with(map, slack, std::sqrt(std::abs(affine.topRows<2>().determinant())));
+    if (match.count < best.count) break;
+    best = match;
+  }
+
+  // 3. Sub-pixel centres
+  std::vector<FiducialSighting> sightings;
+  for (std::size_t i = 0; i < fiducials.size(); ++i) {
+    if (best.dot_of[i] < 0) continue;
+    const DarkDot& dot = dots[static_cast<std::size_t>(best.dot_of[i])];
+    FiducialSighting sighting{static_cast<int>(i), dot.centre, dot.diameter};
+    if (refine_fiducial(grey, sighting)) sightings.push_back(sighting);
+  }
+  return sightings;
+}
+
+bool refine_fiducial(const cv::Mat& grey, FiducialSighting& sighting) {
+  constexpr int rays = 48;
+  constexpr double step = 0.25;  // px
+  for (int pass = 0; pass < 3; ++pass) {
+    const double radius = 0.5 * sighting.diameter_px;
+    const double outer = radius * 1.45 + 1.5;  // tabs are about twice as wide as their dots
+    if (sighting.pixel.x() < outer + 1 || sighting.pixel.y() < outer + 1 ||
+        sighting.pixel.x() > grey.cols - outer - 2 || sighting.pixel.y() > grey.rows - outer - 2)
+      return false;
+    std::vector<double> reach, cosine, sine;
+    for (int k = 0; k < rays; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / rays;
+      const double c = std::cos(angle), s = std::sin(angle);
+      const auto at = [&](double r) { return bilinear(grey, sighting.pixel.x() + r * c, sighting.pixel.y() + r * s); };
+      // Plateaus inside and just outside this ray's own edge, so that uneven light cancels
+      double dark = 0.0, light = 0.0;
+      constexpr int samples = 4;
+      for (int i = 0; i < samples; ++i) {
+        dark += at(radius * (0.25 + 0.1 * i)) / samples;
+        light += at(radius * (1.25 + 0.05 * i) + 0.75) / samples;
+      }
+      if (light - dark < 8.0) continue;  // grey levels: no edge here
+      const double half = 0.5 * (light + dark);
+      double previous = at(0.5 * radius);
+      for (double r = 0.5 * radius + step; r < outer; r += step) {
+        const double value = at(r);
+        if (previous < half && value >= half) {
+          reach.push_back(r - step * (value - half) / (value - previous));
+          cosine.push_back(c);
+          sine.push_back(s);
+          break;
+        }
+        previous = value;
+      }
+    }
+    if (reach.size() < rays * 3 / 4) return false;
+    // r(angle) = r0 + x cos + y sin + the two terms of an ellipse; rays far off the fit are left out once
+    std::vector<char> use(reach.size(), 1);
+    Eigen::Matrix<double, 5, 1> shape;
+    for (int round = 0; round < 2; ++round) {
+      Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+      Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
+      const auto row_of = [&](std::size_t i) {
+        const double c = cosine[i], s = sine[i];
+        return Eigen::Matrix<double, 5, 1>(1.0, c, s, c * c - s * s, 2.0 * c * s);
+      };
+      for (std::size_t i = 0; i < reach.size(); ++i) {
+        if (!use[i]) continue;
+        normal += row_of(i) * row_of(i).transpose();
+        right += row_of(i) * reach[i];
+      }
+      shape = normal.ldlt().solve(right);
+      std::vector<double> misses;
+      for (std::size_t i = 0; i < reach.size(); ++i) misses.push_back(std::abs(row_of(i).dot(shape) - reach[i]));
+      std::vector<double> sorted = misses;
+      std::sort(sorted.begin(), sorted.end());
+      const double limit = std::max(0.15, 4.0 * sorted[sorted.size() / 2]);
+      for (std::size_t i = 0; i < reach.size(); ++i) use[i] = misses[i] < limit;
+    }
+    if (!shape.allFinite() || std::hypot(shape[1], shape[2]) > radius) return false;
+    sighting.pixel += Eigen::Vector2d(shape[1], shape[2]);
+    sighting.diameter_px = 2.0 * shape[0];
+  }
+  return true;
+}
+
+}  // namespace graintruth::tracking

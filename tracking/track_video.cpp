@@ -1,0 +1,748 @@
+#include "tracking/track_video.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "datasets/input_error.h"
+#include "tracking/event.h"
+#include "tracking/fiducials.h"
+#include "tracking/learn.h"
+#include "tracking/link.h"
+#include "tracking/overlay.h"
+#include "tracking/pair.h"
+#include "tracking/video.h"
+
+namespace graintruth::tracking {
+
+using datasets::InputError;
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double degree = std::numbers::pi / 180.0;
+
+// Below this support a body is not where it was thought to be.
+constexpr double lost_support = 0.55;
+
+double median(std::vector<double> values) {
+  if (values.empty()) return nan;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+BodyShape nominal_shape(const datasets::Experiment& experiment) {
+  const auto& spheres = experiment.particle.spheres;
+  if (spheres.size() != 2) {
+    throw InputError(fmt::format("{}: particle: films can be tracked for particles of two balls, this one has {}; give "
+                                 "tracks instead", experiment.file.string(), spheres.size()));
+  }
+  if (experiment.particle.count < 1) {
+    throw InputError(fmt::format("{}: particle.count is {}; it must say how many particles lie in the rig",
+                                 experiment.file.string(), experiment.particle.count));
+  }
+  const bool ordered = spheres[0].offset <= spheres[1].offset;
+  const datasets::AxialSphere& first = ordered ? spheres[0] : spheres[1];
+  const datasets::AxialSphere& second = ordered ? spheres[1] : spheres[0];
+  BodyShape shape;
+  shape.separation = second.offset - first.offset;
+  shape.radius = {first.radius, second.radius};
+  if (!(shape.separation > 0.0) || !(first.radius > 0.0) || !(second.radius > 0.0)) {
+    throw InputError(fmt::format("{}: particle: the two balls must have positive radii and different places on the axis",
+                                 experiment.file.string()));
+  }
+  shape.first_share = -first.offset / shape.separation;
+  return shape;
+}
+
+// Where particles can be: about the walls, the piston and the start places; the whole picture where nothing is known.
+PlaneRegion search_region(const datasets::Experiment& experiment, const Camera& camera, double radius) {
+  PlaneRegion seen{1.0e9, -1.0e9, 1.0e9, -1.0e9};
+  const auto include = [](PlaneRegion& region, double x, double z) {
+    region.left = std::min(region.left, x);
+    region.right = std::max(region.right, x);
+    region.bottom = std::min(region.bottom, z);
+    region.top = std::max(region.top, z);
+  };
+  for (double column : {0.0, camera.width() - 1.0}) {
+    for (double row : {0.0, camera.height() - 1.0}) {
+      const Eigen::Vector2d corner = camera.unproject({column, row});
+      include(seen, corner.x(), corner.y());
+    }
+  }
+  PlaneRegion rig{1.0e9, -1.0e9, 1.0e9, -1.0e9};
+  for (const auto& wall : experiment.rig.walls) {
+    include(rig, wall.from_x, wall.from_z);
+    include(rig, wall.to_x, wall.to_z);
+  }
+  for (const auto& start : experiment.starts) {
+    include(rig, start.x - 2.5 * radius, start.z - 2.5 * radius);
+    include(rig, start.x + 2.5 * radius, start.z + 2.5 * radius);
+  }
+  if (rig.left >= rig.right || rig.bottom >= rig.top) return seen;
+  // Particles may lie above the ends of the walls.
+  return {std::max(seen.left, rig.left - radius), std::min(seen.right, rig.right + radius),
+          std::max(seen.bottom, rig.bottom - radius), std::min(seen.top, rig.top + 4.0 * radius)};
+}
+
+// One particle's history.
+struct Track {
+  std::vector<std::optional<BodyFit>> fits;  // one a frame
+  BodyPose last;                             // last seen, or predicted since
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // a frame: x, z, angle
+  int unseen = 0;                            // frames since it was seen
+  bool known = false;                        // was ever seen
+  Eigen::Vector3f colour = Eigen::Vector3f::Zero();
+};
+
+class FilmTracker {
+ public:
+  FilmTracker(const datasets::Experiment& experiment, const datasets::Replicate& replicate)
+      : experiment_(experiment), replicate_(replicate), nominal_(nominal_shape(experiment)), shape_(nominal_) {
+    summary_.replicate = replicate.name;
+  }
+
+  TrackedFilm run(const TrackingOptions& options);
+
+ private:
+  void begin(const cv::Mat& frame);
+  void calibrate_camera(const cv::Mat& grey);
+  void find_first_bodies(const cv::Mat& frame);
+  void follow(const cv::Mat& frame, int number);
+  void recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
+  void accept(Track& track, const BodyFit& fit, int number);
+  void check_fiducials(const cv::Mat& grey, int number);
+  Surroundings surroundings_of(std::size_t body) const;
+  cv::Rect working_region() const;
+  double find_event(int frames);
+  void judge(const Learned& learned);
+  void warn(std::string sentence) { summary_.warnings.push_back(std::move(sentence)); }
+  void fail(std::string sentence) {
+    warn(std::move(sentence));
+    failed_ = true;
+  }
+  std::string where() const { return replicate_.video.string(); }
+
+  const datasets::Experiment& experiment_;
+  const datasets::Replicate& replicate_;
+  BodyShape nominal_;
+  BodyShape shape_;  // sizes as they look in this film, learned in the first frame
+  Calibration calibration_;
+  std::vector<FiducialSighting> sightings_;
+  PlaneRegion region_;
+  double noise_ = 1.0;
+  std::vector<Track> tracks_;
+  std::vector<datasets::Wall> walls_;  // as seen: in the particle plane, and their front edges
+  std::optional<PistonWatcher> piston_;
+  TrackingSummary summary_;
+  bool failed_ = false;
+};
+
+void FilmTracker::calibrate_camera(const cv::Mat& grey) {
+  const auto& given = experiment_.camera.fiducials;
+  summary_.fiducials_given = static_cast<int>(given.size());
+  constexpr std::size_t fewest = 4;
+  if (given.size() < fewest) {
+    throw InputError(fmt::format("{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
+                                 "calibrate the camera", experiment_.file.string(), given.size(), fewest));
+  }
+  sightings_ = find_fiducials(grey, given, experiment_.camera.pixel_aspect);
+  summary_.fiducials_found = static_cast<int>(sightings_.size());
+  if (sightings_.size() < fewest) {
+    throw InputError(fmt::format("{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
+                                 "check that the dots are dark on a light ground, unobstructed, and that their "
+                                 "positions in the experiment file are right", where(), sightings_.size(), given.size(),
+                                 fewest));
+  }
+  calibration_ = calibrate(given, sightings_, grey.cols, grey.rows, experiment_.camera.pixel_aspect);
+  summary_.fiducials_used = static_cast<int>(calibration_.used.size());
+  summary_.distortion_k1 = calibration_.camera.k1();
+  summary_.distortion_k2 = calibration_.camera.k2();
+  summary_.pixel_aspect = calibration_.camera.pixel_aspect();
+  summary_.calibration_rms_mm = 1.0e3 * calibration_.rms;
+  summary_.calibration_max_mm = 1.0e3 * calibration_.max;
+  summary_.calibration_leave_one_out_rms_mm = 1.0e3 * calibration_.leave_one_out_rms;
+  summary_.calibration_leave_one_out_max_mm = 1.0e3 * calibration_.leave_one_out_max;
+  if (summary_.fiducials_used < summary_.fiducials_given) {
+    warn(fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not found or lie off.",
+                     summary_.fiducials_used, summary_.fiducials_given));
+  }
+  if (calibration_.used.size() == fewest)
+    warn("Only four fiducials: the camera's distortion and the calibration's error cannot be checked.");
+  const double pixel_mm = 1.0e3 / calibration_.camera.scale(given[0].x, given[0].z);
+  if (summary_.calibration_rms_mm > 0.5 * pixel_mm) {
+    fail(fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is {:.2f} mm): positions in "
+                     "the experiment file may be wrong.", summary_.calibration_rms_mm, 0.5 * pixel_mm));
+  }
+}
+
+void FilmTracker::begin(const cv::Mat& frame) {
+  cv::Mat grey;
+  cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
+  calibrate_camera(grey);
+  noise_ = std::max(1.0, camera_noise(frame));
+  region_ = search_region(experiment_, calibration_.camera, nominal_.radius[0]);
+  // Bars reach half the gap towards the camera; their front edges are seen beside their place in the plane.
+  walls_ = experiment_.rig.walls;
+  for (const datasets::Wall& wall : experiment_.rig.walls) {
+    const Camera& camera = calibration_.camera;
+    const double front = 0.5 * experiment_.rig.front_back_gap;
+    const Eigen::Vector2d from = camera.unproject(camera.project(Eigen::Vector3d(wall.from_x, wall.from_z, front)));
+    const Eigen::Vector2d to = camera.unproject(camera.project(Eigen::Vector3d(wall.to_x, wall.to_z, front)));
+    walls_.push_back({wall.name + " front", from.x(), from.y(), to.x(), to.y()});
+  }
+  if (experiment_.rig.piston) piston_.emplace(*experiment_.rig.piston, experiment_.camera.frame_rate);
+  if (piston_) piston_->measure(grey, calibration_.camera);
+  find_first_bodies(frame);
+}
+
+void FilmTracker::find_first_bodies(const cv::Mat& frame) {
+  const auto count = static_cast<std::size_t>(experiment_.particle.count);
+  const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
+  tracks_.resize(count);
+  const Surroundings alone = surroundings_of(count);
+  // 1. Candidates over a range of sizes: the stated one may be wrong by some per cent, and must then be told so
+  std::vector<BodyFit> best;
+  double best_evidence = -1.0, best_factor = 1.0;
+  for (const double factor : {1.0, 0.94, 1.06, 0.88, 1.12}) {
+    BodyShape tried = nominal_;
+    tried.separation *= factor;
+    for (double& r : tried.radius) r *= factor;
+    const auto candidates = locate_balls(frame, calibration_.camera, region_, 0.5 * (tried.radius[0] + tried.radius[1]),
+                                         noise_, static_cast<int>(8 * count + 16));
+    const auto fits = fit_pairs(image, calibration_.camera, tried, candidates, alone, noise_, 0.12);
+    const auto chosen = choose_bodies(fits, tried, count);
+    double sum = 0.0;
+    for (const BodyFit& fit : chosen) sum += evidence_of(fit);
+    // The stated size is believed unless another one explains the picture clearly better.
+    if (best_evidence < 0.0 || sum > 1.05 * best_evidence) {
+      best = chosen;
+      best_evidence = sum;
+      best_factor = factor;
+    }
+    // All bodies, plainly seen, at the stated size: no need to look further.
+    const bool convincing = chosen.size() == count && std::all_of(chosen.begin(), chosen.end(), [](const BodyFit& fit) {
+      return fit.support > 0.7;
+    });
+    if (factor == 1.0 && convincing) break;
+  }
+  shape_.separation = nominal_.separation * best_factor;
+  for (std::size_t ball = 0; ball < 2; ++ball) shape_.radius[ball] = nominal_.radius[ball] * best_factor;
+  if (best.empty()) {
+    throw InputError(fmt::format("{}: no particle of two balls of radius {:.1f} mm, {:.1f} mm apart, was found in the "
+                                 "first frame; check the film, the particle's size and the fiducials", where(),
+                                 1.0e3 * nominal_.radius[0], 1.0e3 * nominal_.separation));
+  }
+  // 2. The size at which outlines look sharpest: edges of lit balls seem to lie a little inside
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<double> radius_ratios, separations;
+    std::vector<std::vector<BodyFit>> one_frame;
+    for (const BodyFit& fit : best) one_frame.push_back({fit});
+    const Learned learned = learn_shapes(one_frame, shape_);
+    for (const LearnedShape& body : learned.bodies) {
+      for (std::size_t ball = 0; ball < 2; ++ball)
+        radius_ratios.push_back(body.shape.radius[ball] / shape_.radius[ball]);
+      separations.push_back(body.shape.separation);
+    }
+    const double ratio = std::clamp(median(radius_ratios), 0.9, 1.1);
+    for (double& r : shape_.radius) r *= ratio;
+    shape_.separation *= std::clamp(median(separations) / shape_.separation, 0.9, 1.1);
+    std::vector<BodyFit> refitted;
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      Surroundings around = alone;
+      for (std::size_t j = 0; j < best.size(); ++j) {
+        if (j == i) continue;
+        const auto centres = ball_centres(best[j].pose, shape_);
+        for (std::size_t ball = 0; ball < 2; ++ball) around.discs.push_back({centres[ball], shape_.radius[ball]});
+      }
+      const double radius_px = calibration_.camera.scale(best[i].pose.x, best[i].pose.z) * shape_.radius[0];
+      refitted.push_back(refine_body(image, calibration_.camera, shape_, best[i].pose, around,
+                                     {.window_px = std::max(2.5, 0.1 * radius_px), .iterations = 4, .noise = noise_}));
+    }
+    best = refitted;
+  }
+  // 3. Numbers
+  const std::vector<int> numbered =
+      number_by_start(best, experiment_.starts, experiment_.particle.count, nominal_.radius[0]);
+  for (std::size_t body = 0; body < count; ++body) {
+    if (numbered[body] < 0) continue;
+    BodyFit fit = best[static_cast<std::size_t>(numbered[body])];
+    // First seen angle in [0, pi). Bodies with unequal balls keep their direction.
+    if (nominal_.radius[0] == nominal_.radius[1] && (fit.pose.angle < 0.0 || fit.pose.angle >= std::numbers::pi)) {
+      const double turns = std::floor(fit.pose.angle / std::numbers::pi);
+      fit.pose.angle -= turns * std::numbers::pi;
+      if (static_cast<long>(turns) % 2 != 0) std::swap(fit.balls[0], fit.balls[1]);
+    }
+    accept(tracks_[body], fit, 0);
+    if (!experiment_.starts.empty()) {
+      const auto& start = experiment_.starts[body];
+      const double off = std::hypot(fit.pose.x - start.x, fit.pose.z - start.z);
+      if (off > nominal_.radius[0]) {
+        warn(fmt::format("Particle {} was found {:.0f} mm from its start place in frame 0.", body + 1, 1.0e3 * off));
+      }
+    }
+  }
+  if (best.size() < count) {
+    fail(fmt::format("Frame 0 shows {} particles but the experiment says {}.", best.size(), count));
+  } else {
+    // One more than stated?
+    const auto candidates = locate_balls(frame, calibration_.camera, region_, 0.5 * (shape_.radius[0] + shape_.radius[1]),
+                                         noise_, static_cast<int>(8 * count + 16));
+    const auto fits = fit_pairs(image, calibration_.camera, shape_, candidates, alone, noise_, 0.12);
+    const auto more = choose_bodies(fits, shape_, count + 1);
+    if (more.size() > count) {
+      double weakest_known = 1.0e9;
+      for (const BodyFit& fit : best) weakest_known = std::min(weakest_known, evidence_of(fit));
+      double weakest = 1.0e9;
+      for (const BodyFit& fit : more) weakest = std::min(weakest, evidence_of(fit));
+      if (weakest > 0.6 * weakest_known)
+        warn(fmt::format("Frame 0 seems to show more than the {} particles that the experiment states.", count));
+    }
+  }
+}
+
+Surroundings FilmTracker::surroundings_of(std::size_t body) const {
+  Surroundings result;
+  result.walls = walls_;
+  if (experiment_.rig.piston && piston_) {
+    const auto& piston = *experiment_.rig.piston;
+    const double face = piston_->last_height();
+    result.walls.push_back({"piston", piston.left_x, face, piston.right_x, face});
+  }
+  for (std::size_t other = 0; other < tracks_.size(); ++other) {
+    if (other == body || !tracks_[other].known) continue;
+    const auto centres = ball_centres(tracks_[other].last, shape_);
+    for (std::size_t ball = 0; ball < 2; ++ball) result.discs.push_back({centres[ball], shape_.radius[ball]});
+  }
+  return result;
+}
+
+cv::Rect FilmTracker::working_region() const {
+  double left = 1.0e9, right = -1.0e9, top = 1.0e9, bottom = -1.0e9;
+  for (const Track& track : tracks_) {
+    if (!track.known) continue;
+    const Eigen::Vector2d pixel = calibration_.camera.project(track.last.x, track.last.z);
+    const Eigen::Matrix2d jacobian = calibration_.camera.jacobian(track.last.x, track.last.z);
+    const double reach = 0.5 * shape_.separation + 1.6 * shape_.radius[0];
+    const double half_width = jacobian.row(0).norm() * reach, half_height = jacobian.row(1).norm() * reach;
+    left = std::min(left, pixel.x() - half_width);
+    right = std::max(right, pixel.x() + half_width);
+    top = std::min(top, pixel.y() - half_height);
+    bottom = std::max(bottom, pixel.y() + half_height);
+  }
+  const int x = static_cast<int>(left) - 8, y = static_cast<int>(top) - 8;
+  return {x, y, static_cast<int>(right) + 9 - x, static_cast<int>(bottom) + 9 - y};
+}
+
+void FilmTracker::accept(Track& track, const BodyFit& fit, int number) {
+  if (track.known && track.unseen == 0 && number > 0) {
+    const BodyPose& before = track.fits.back()->pose;
+    track.velocity << fit.pose.x - before.x, fit.pose.z - before.z, fit.pose.angle - before.angle;
+  }
+  track.fits.resize(static_cast<std::size_t>(number));
+  track.fits.push_back(fit);
+  track.last = fit.pose;
+  track.unseen = 0;
+  // Light changes along the way: the colour is remembered for about fifty frames.
+  track.colour = track.known ? Eigen::Vector3f(0.98F * track.colour + 0.02F * fit.colour) : fit.colour;
+  track.known = true;
+}
+
+void FilmTracker::follow(const cv::Mat& frame, int number) {
+  cv::Mat grey;
+  if (piston_) {
+    cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
+    piston_->measure(grey, calibration_.camera);
+  }
+  // 1. Prediction: as fast as in the last frame; what was not seen slows down
+  for (Track& track : tracks_) {
+    if (!track.known) continue;
+    track.last.x += track.velocity[0];
+    track.last.z += track.velocity[1];
+    track.last.angle += track.velocity[2];
+  }
+  // 2. Two sweeps: the second knows where the neighbours are now
+  const EdgeImage image(frame, working_region(), 0.8);
+  std::vector<BodyFit> fits(tracks_.size());
+  const std::vector<Track> predicted = tracks_;
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    for (std::size_t body = 0; body < tracks_.size(); ++body) {
+      Track& track = tracks_[body];
+      if (!track.known) continue;
+      const double radius_px = calibration_.camera.scale(track.last.x, track.last.z) * shape_.radius[0];
+      const RefineOptions refine{.window_px = std::max(2.5, (sweep == 0 ? 0.18 : 0.1) * radius_px),
+                                 .iterations = 3,
+                                 .noise = noise_};
+      fits[body] = refine_body(image, calibration_.camera, shape_, track.last, surroundings_of(body), refine);
+      if (fits[body].support >= lost_support) track.last = fits[body].pose;
+    }
+  }
+  // 3. Who was lost: no outline there, too far from where it could be, or inside another body
+  std::vector<std::size_t> lost;
+  for (std::size_t body = 0; body < tracks_.size(); ++body) {
+    bool is_lost = !tracks_[body].known || fits[body].support < lost_support || fits[body].visible < 0.08;
+    for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
+      if (other == body || !tracks_[other].known || fits[other].support > fits[body].support) continue;
+      if (fits[other].support == fits[body].support && other > body) continue;
+    }
+    for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
+      if (other != body && tracks_[other].known && fits[other].support >= fits[body].support &&
+          overlap(fits[body].pose, fits[other].pose, shape_))
+        is_lost = true;
+    }
+    if (is_lost) {
+      lost.push_back(body);
+      tracks_[body].last = predicted[body].last;
+    } else {
+      accept(tracks_[body], fits[body], number);
+    }
+  }
+  if (!lost.empty()) recover(frame, number, lost);
+}
+
+// A body that the prediction did not find: looked for about the predicted place, then in the whole region.
+void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost) {
+  const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
+  std::vector<char> is_lost(tracks_.size(), 0);
+  for (std::size_t body : lost) is_lost[body] = 1;
+  Surroundings others;
+  others.walls = surroundings_of(tracks_.size()).walls;
+  for (std::size_t body = 0; body < tracks_.size(); ++body) {
+    if (is_lost[body] || !tracks_[body].known) continue;
+    const auto centres = ball_centres(tracks_[body].last, shape_);
+    for (std::size_t ball = 0; ball < 2; ++ball) others.discs.push_back({centres[ball], shape_.radius[ball]});
+  }
+  // 1. Detections: the picture's own candidates, and starts all round each predicted place
+  std::vector<BodyFit> found;
+  const auto candidates = locate_balls(frame, calibration_.camera, region_, 0.5 * (shape_.radius[0] + shape_.radius[1]),
+                                       noise_, static_cast<int>(8 * tracks_.size() + 16));
+  found = fit_pairs(image, calibration_.camera, shape_, candidates, others, noise_, 0.15);
+  for (std::size_t body : lost) {
+    if (!tracks_[body].known) continue;
+    const BodyPose& at = tracks_[body].last;
+    const double radius_px = calibration_.camera.scale(at.x, at.z) * shape_.radius[0];
+    for (int i = -2; i <= 2; ++i) {
+      for (int j = -2; j <= 2; ++j) {
+        for (int k = -1; k <= 1; ++k) {
+          const double stride = 0.25 * shape_.radius[0];
+          const BodyPose start{at.x + i * stride, at.z + j * stride, at.angle + 15.0 * degree * k};
+          BodyFit fit = refine_body(image, calibration_.camera, shape_, start, others,
+                                    {.window_px = std::max(2.5, 0.16 * radius_px), .iterations = 3, .noise = noise_});
+          if (fit.support >= lost_support) found.push_back(fit);
+        }
+      }
+    }
+  }
+  // 2. Not where somebody else is
+  std::erase_if(found, [&](const BodyFit& fit) {
+    for (std::size_t body = 0; body < tracks_.size(); ++body)
+      if (!is_lost[body] && tracks_[body].known && overlap(fit.pose, tracks_[body].last, shape_)) return true;
+    return false;
+  });
+  const std::vector<BodyFit> chosen = choose_bodies(found, shape_, lost.size());
+  // 3. To whom each belongs
+  std::vector<Expectation> expectations;
+  std::vector<std::size_t> waiting;
+  for (std::size_t body : lost) {
+    const Track& track = tracks_[body];
+    if (!track.known) continue;
+    // A frame of free fall and a push of as much again, growing while unseen; the angle may have turned with it.
+    const double interval = 1.0 / experiment_.camera.frame_rate;
+    const double frames = 1.0 + track.unseen;
+    const double reach = 2.0 * experiment_.rig.gravity * interval * interval * frames * frames + 0.25 * shape_.radius[0];
+    expectations.push_back({track.last, reach, reach / (0.5 * shape_.separation), track.colour});
+    waiting.push_back(body);
+  }
+  const std::vector<int> detection_of = link(expectations, chosen);
+  std::vector<char> used(chosen.size(), 0);
+  std::vector<char> recovered(tracks_.size(), 0);
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    if (detection_of[i] < 0) continue;
+    const auto detection = static_cast<std::size_t>(detection_of[i]);
+    used[detection] = 1;
+    Track& track = tracks_[waiting[i]];
+    BodyFit fit = chosen[detection];
+    // The end nearest to the expected direction
+    const double turn = axis_difference(fit.pose.angle, track.last.angle);
+    const double turned = track.last.angle + turn - fit.pose.angle;
+    if (static_cast<long>(std::lround(turned / std::numbers::pi)) % 2 != 0) std::swap(fit.balls[0], fit.balls[1]);
+    fit.pose.angle += turned;
+    accept(track, fit, number);
+    recovered[waiting[i]] = 1;
+  }
+  for (std::size_t body : lost) {
+    Track& track = tracks_[body];
+    if (recovered[body] || !track.known) continue;
+    ++track.unseen;
+    track.velocity *= 0.8;
+    track.fits.resize(static_cast<std::size_t>(number) + 1);
+  }
+}
+
+void FilmTracker::check_fiducials(const cv::Mat& grey, int number) {
+  if (summary_.camera_shift_px > 1.0) return;
+  std::vector<double> moves;
+  for (const FiducialSighting& first : sightings_) {
+    FiducialSighting now = first;
+    if (refine_fiducial(grey, now)) moves.push_back((now.pixel - first.pixel).norm());
+  }
+  if (moves.empty()) return;
+  const double typical = median(moves);
+  summary_.camera_shift_px = std::max(summary_.camera_shift_px, typical);
+  if (typical > 1.0) {
+    fail(fmt::format("The camera or the rig moved: by frame {} the fiducials lie {:.1f} px from where they were.", number,
+                     typical));
+  }
+}
+
+// Time zero in seconds of film.
+double FilmTracker::find_event(int frames) {
+  const double interval = 1.0 / experiment_.camera.frame_rate;
+  const auto& noted = experiment_.camera.noted_event_time;
+  summary_.noted_event_time_s = noted ? *noted : nan;
+  summary_.particles_event_time_s = nan;
+  std::optional<Event> event;
+  if (piston_) {
+    const datasets::Piston& piston = *experiment_.rig.piston;
+    event = fit_onset(piston_->record(), piston.velocity_z);
+    // Second witness: the particles that rest on the face at first, their mean height
+    HeightRecord resting;
+    const double reach = 0.15 * shape_.radius[0];
+    std::vector<std::size_t> on_face;
+    for (std::size_t body = 0; body < tracks_.size(); ++body) {
+      if (tracks_[body].fits.empty() || !tracks_[body].fits[0]) continue;
+      const auto centres = ball_centres(tracks_[body].fits[0]->pose, shape_);
+      const double lowest = std::min(centres[0].y() - shape_.radius[0], centres[1].y() - shape_.radius[1]);
+      const double middle = tracks_[body].fits[0]->pose.x;
+      if (middle > piston.left_x && middle < piston.right_x && lowest < piston.face_z + reach &&
+          lowest > piston.face_z - reach)
+        on_face.push_back(body);
+    }
+    for (int frame = 0; frame < frames && !on_face.empty(); ++frame) {
+      double sum = 0.0;
+      for (std::size_t body : on_face) {
+        const auto& fits = tracks_[body].fits;
+        const auto k = static_cast<std::size_t>(frame);
+        sum += k < fits.size() && fits[k] ? fits[k]->pose.z : nan;
+      }
+      resting.time.push_back(frame * interval);
+      resting.height.push_back(sum / static_cast<double>(on_face.size()));
+    }
+    std::optional<Event> witness;
+    if (!on_face.empty()) witness = fit_onset(resting, piston.velocity_z);
+    if (witness) summary_.particles_event_time_s = witness->time;
+    if (!event && witness) {
+      event = witness;
+      event->how = "particles on the piston";
+      event->uncertainty = std::max(event->uncertainty, 0.5 * interval);
+      warn("The piston's face could not be followed; the start of motion is that of the particles resting on it.");
+    } else if (event && witness && std::abs(event->time - witness->time) > 2.0 * interval) {
+      warn(fmt::format("The piston seems to start at {:.3f} s of film but the particles on it at {:.3f} s.", event->time,
+                       witness->time));
+    }
+    if (event && std::abs(event->speed / piston.velocity_z - 1.0) > 0.05) {
+      warn(fmt::format("The piston moves at {:.1f} mm/s on the film but the experiment says {:.1f} mm/s: frame rate, scale "
+                       "or speed is wrong.", 1.0e3 * event->speed, 1.0e3 * piston.velocity_z));
+    }
+  } else {
+    // First motion of any particle: the first of three frames in a row away from rest by five times the jitter of rest
+    int earliest = -1;
+    for (const Track& track : tracks_) {
+      if (track.fits.size() < 8 || !track.fits[0]) continue;
+      const BodyPose& rest = track.fits[0]->pose;
+      std::vector<double> steps;
+      for (std::size_t k = 1; k < track.fits.size(); ++k)
+        if (track.fits[k] && track.fits[k - 1])
+          steps.push_back(std::hypot(track.fits[k]->pose.x - track.fits[k - 1]->pose.x,
+                                     track.fits[k]->pose.z - track.fits[k - 1]->pose.z));
+      std::sort(steps.begin(), steps.end());
+      const double pixel = 1.0 / calibration_.camera.scale(rest.x, rest.z);
+      const double jitter = steps.empty() ? pixel : std::max(0.05 * pixel, std::min(steps[steps.size() / 10], 0.3 * pixel));
+      int run = 0;
+      for (std::size_t k = 1; k < track.fits.size(); ++k) {
+        const bool away = track.fits[k] && std::hypot(track.fits[k]->pose.x - rest.x,
+                                                      track.fits[k]->pose.z - rest.z) > 5.0 * jitter;
+        run = away ? run + 1 : 0;
+        if (run == 3) {
+          const int start = static_cast<int>(k) - 2;
+          if (earliest < 0 || start < earliest) earliest = start;
+          break;
+        }
+      }
+    }
+    if (earliest > 1) {
+      event.emplace();
+      event->time = (earliest - 0.5) * interval;
+      event->uncertainty = interval;
+      event->how = "first motion";
+    }
+  }
+  if (!event) {
+    if (!noted) {
+      throw InputError(fmt::format("{}: the start of motion cannot be found on the film (it must show at least a few "
+                                   "frames before it); cut the film less closely or give camera.noted_event_time",
+                                   where()));
+    }
+    event.emplace();
+    event->time = *noted;
+    event->uncertainty = interval;
+    event->how = "noted by the laboratory";
+    fail(fmt::format("The start of motion could not be found on the film; the noted time {:.3f} s was used.", *noted));
+  } else if (noted && std::abs(event->time - *noted) > 3.0 * event->uncertainty + 0.5 * interval) {
+    warn(fmt::format("Motion starts at {:.3f} s of film (+- {:.3f} s, {}), but {:.3f} s was noted.", event->time,
+                     event->uncertainty, event->how, *noted));
+  }
+  summary_.event_time_s = event->time;
+  summary_.event_uncertainty_s = event->uncertainty;
+  summary_.event_source = event->how;
+  summary_.event_speed_m_per_s = event->speed;
+  return event->time;
+}
+
+void FilmTracker::judge(const Learned& learned) {
+  const double nominal_radius = 0.5 * (nominal_.radius[0] + nominal_.radius[1]);
+  summary_.radius_learned_mm = 1.0e3 * learned.radius_mean;
+  summary_.radius_nominal_mm = 1.0e3 * nominal_radius;
+  summary_.radius_spread_mm = 1.0e3 * learned.radius_spread;
+  summary_.separation_learned_mm = 1.0e3 * learned.separation_mean;
+  summary_.separation_nominal_mm = 1.0e3 * nominal_.separation;
+  summary_.separation_spread_mm = 1.0e3 * learned.separation_spread;
+  // Real particles and the look of their edges stay within three per cent.
+  constexpr double size_tolerance = 0.03;
+  if (std::abs(learned.radius_mean / nominal_radius - 1.0) > size_tolerance) {
+    warn(fmt::format("The balls look {:.2f} mm in radius but the experiment says {:.2f} mm ({:+.1f} %): check the "
+                     "particle's size and the fiducials' positions.", 1.0e3 * learned.radius_mean, 1.0e3 * nominal_radius,
+                     100.0 * (learned.radius_mean / nominal_radius - 1.0)));
+  }
+  if (std::abs(learned.separation_mean / nominal_.separation - 1.0) > size_tolerance) {
+    warn(fmt::format("The ball centres look {:.2f} mm apart but the experiment says {:.2f} mm ({:+.1f} %): check the "
+                     "particle's size.", 1.0e3 * learned.separation_mean, 1.0e3 * nominal_.separation,
+                     100.0 * (learned.separation_mean / nominal_.separation - 1.0)));
+  }
+  if (summary_.least_complete_particle < 0.995) {
+    const std::string sentence = fmt::format("A particle was seen in only {:.1f} % of the frames.",
+                                             100.0 * summary_.least_complete_particle);
+    if (summary_.least_complete_particle < 0.9) fail(sentence);
+    else warn(sentence);
+  }
+  if (failed_) summary_.grade = Grade::fail;
+  else if (!summary_.warnings.empty()) summary_.grade = Grade::warn;
+}
+
+TrackedFilm FilmTracker::run(const TrackingOptions& options) {
+  const auto started = std::chrono::steady_clock::now();
+  // 1. The film, frame by frame
+  VideoReader video(replicate_.video, experiment_.camera.frame_rate);
+  summary_.width = video.width();
+  summary_.height = video.height();
+  cv::Mat frame;
+  while (video.read(frame)) {
+    const int number = video.frames_read() - 1;
+    if (number == 0) begin(frame);
+    else follow(frame, number);
+    constexpr int fiducial_interval = 25;  // frames
+    if (number > 0 && number % fiducial_interval == 0) {
+      cv::Mat grey;
+      cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
+      check_fiducials(grey, number);
+    }
+    if (options.progress) options.progress(video.frames_read(), video.declared_frames());
+    if (options.stop && options.stop()) throw Stopped{};
+  }
+  const int frames = video.frames_read();
+  summary_.frames_declared = video.declared_frames();
+  summary_.frames_read = summary_.frames_used = frames;
+  summary_.frame_rate_hz = experiment_.camera.frame_rate;
+  summary_.frame_rate_declared_hz = video.declared_frame_rate();
+  summary_.repeated_frames = video.repeated_frames();
+  for (std::string& sentence : video.warnings()) warn(std::move(sentence));
+
+  // 2. Sizes of each body from the whole clip; time zero
+  std::vector<std::vector<BodyFit>> seen;
+  for (Track& track : tracks_) {
+    track.fits.resize(static_cast<std::size_t>(frames));
+    std::vector<BodyFit>& list = seen.emplace_back();
+    for (const auto& fit : track.fits)
+      if (fit) list.push_back(*fit);
+  }
+  const Learned learned = learn_shapes(seen, shape_);
+  const double zero = find_event(frames);
+
+  // 3. Poses with these sizes, and their uncertainty
+  TrackedFilm result;
+  const int count = experiment_.particle.count;
+  result.trajectories = datasets::make_trajectories(static_cast<std::size_t>(frames), count, true);
+  datasets::Trajectories& out = result.trajectories;
+  for (int k = 0; k < frames; ++k)
+    out.time[static_cast<std::size_t>(k)] = k / experiment_.camera.frame_rate - zero;
+  std::vector<double> position_sigmas, angle_sigmas, scatters;
+  double score_sum = 0.0;
+  int worst = frames;
+  for (std::size_t body = 0; body < tracks_.size(); ++body) {
+    const LearnedShape& shape = learned.bodies[body];
+    int detections = 0;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
+      const auto& fit = tracks_[body].fits[k];
+      if (!fit) {
+        if (k == 0 || tracks_[body].fits[k - 1]) ++summary_.gaps;
+        continue;
+      }
+      ++detections;
+      const SolvedPose solved = solve_pose(*fit, shape, learned.excess);
+      Eigen::Matrix3d covariance = solved.covariance;
+      covariance.topLeftCorner<2, 2>() += calibration_.point_covariance(solved.pose.x, solved.pose.z);
+      const std::size_t i = out.index(k, body);
+      out.poses[i] = {solved.pose.x, solved.pose.z, solved.pose.angle};
+      out.sigmas[i] = {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
+      out.scores[i] = fit->support;
+      score_sum += fit->support;
+      position_sigmas.push_back(std::sqrt(0.5 * (covariance(0, 0) + covariance(1, 1))));
+      angle_sigmas.push_back(out.sigmas[i].angle);
+      scatters.push_back(fit->scatter_px);
+    }
+    summary_.detections += detections;
+    worst = std::min(worst, detections);
+  }
+  summary_.particles = count;
+  summary_.completeness = summary_.detections / (static_cast<double>(frames) * count);
+  summary_.least_complete_particle = static_cast<double>(worst) / frames;
+  summary_.mean_score = summary_.detections > 0 ? score_sum / summary_.detections : 0.0;
+  const Eigen::Vector2d middle(tracks_[0].last.x, tracks_[0].last.z);
+  summary_.scale_px_per_mm = 1.0e-3 * calibration_.camera.scale(middle.x(), middle.y());
+  summary_.position_sigma_mm = 1.0e3 * median(position_sigmas);
+  summary_.pixel_error_px = summary_.position_sigma_mm * summary_.scale_px_per_mm;
+  summary_.angle_sigma_deg = median(angle_sigmas) / degree;
+  summary_.ray_scatter_px = median(scatters);
+  judge(learned);
+  summary_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  summary_.frames_per_second = frames / summary_.seconds;
+  result.summary = summary_;
+  return result;
+}
+
+}  // namespace
+
+std::string to_string(Grade grade) {
+  switch (grade) {
+    case Grade::ok: return "ok";
+    case Grade::warn: return "warn";
+    case Grade::fail: return "fail";
+  }
+  return "";
+}
+
+TrackedFilm track_video(const datasets::Experiment& experiment,
+                        const datasets::Replicate& replicate,
+                        const TrackingOptions& options) {
+  FilmTracker tracker(experiment, replicate);
+  return tracker.run(options);
+}
+
+}  // namespace graintruth::tracking

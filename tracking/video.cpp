@@ -1,0 +1,178 @@
+#include "tracking/video.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "datasets/input_error.h"
+
+namespace graintruth::tracking {
+
+using datasets::InputError;
+
+namespace {
+
+// A container may count a frame or two more than can be decoded; more than this share missing means a cut-off file.
+constexpr double tolerated_missing_share = 0.02;
+constexpr int tolerated_missing_frames = 2;
+
+// "3, 4, 9 and 12 more"
+std::string listed(const std::vector<int>& frames) {
+  constexpr std::size_t shown = 6;
+  if (frames.size() <= shown) return fmt::format("{}", fmt::join(frames, ", "));
+  return fmt::format("{} and {} more", fmt::join(frames.begin(), frames.begin() + shown, ", "),
+                     frames.size() - shown);
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+VideoReader::VideoReader(const std::filesystem::path& file, double frame_rate)
+    : file_(file), frame_rate_(frame_rate) {
+  if (!std::filesystem::exists(file))
+    throw InputError(fmt::format("{}: the film does not exist; give the path of a video file", file.string()));
+  if (std::filesystem::is_directory(file))
+    throw InputError(fmt::format("{}: is a folder; give the path of a video file", file.string()));
+  if (std::filesystem::file_size(file) == 0)
+    throw InputError(fmt::format("{}: the file is empty; copy the film again", file.string()));
+  capture_.open(file.string(), cv::CAP_FFMPEG);
+  if (!capture_.isOpened()) {
+    throw InputError(fmt::format(
+        "{}: cannot be opened as a film (cut off, or not a video); copy it again or convert it to mp4", file.string()));
+  }
+  declared_frame_rate_ = capture_.get(cv::CAP_PROP_FPS);
+  declared_frames_ = std::max(0, static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_COUNT)));
+  if (!capture_.read(first_frame_) || first_frame_.empty())
+    throw InputError(fmt::format("{}: holds no frame that can be decoded; record or copy the film again", file.string()));
+  size_ = first_frame_.size();
+}
+
+bool VideoReader::read(cv::Mat& frame) {
+  if (finished_) return false;
+  if (!first_frame_.empty()) {
+    frame = first_frame_;
+    first_frame_.release();
+  } else if (!capture_.read(frame) || frame.empty()) {
+    finish();
+    return false;
+  }
+  if (frame.size() != size_) {
+    throw InputError(fmt::format("{}: frame {} is {} x {} pixels but the film began with {} x {}; all frames must be "
+                                 "of one size", file_.string(), frames_read_, frame.cols, frame.rows, size_.width,
+                                 size_.height));
+  }
+  note_time_stamp();
+  note_change(frame);
+  ++frames_read_;
+  return true;
+}
+
+void VideoReader::note_time_stamp() {
+  time_stamps_.push_back(capture_.get(cv::CAP_PROP_POS_MSEC) * 1.0e-3);
+}
+
+void VideoReader::note_change(const cv::Mat& frame) {
+  constexpr int stride = 4;  // a sixteenth of the pixels tells a repeated frame from a new one
+  cv::Mat sparse(frame.rows / stride, frame.cols / stride, CV_8U);
+  for (int row = 0; row < sparse.rows; ++row) {
+    const cv::Vec3b* from = frame.ptr<cv::Vec3b>(row * stride);
+    std::uint8_t* to = sparse.ptr<std::uint8_t>(row);
+    for (int column = 0; column < sparse.cols; ++column) to[column] = from[column * stride][1];
+  }
+  if (previous_.empty()) {
+    changes_.push_back(0.0);
+  } else {
+    changes_.push_back(cv::norm(sparse, previous_, cv::NORM_L1) / static_cast<double>(sparse.total()));
+    constexpr int combing_interval = 10;  // frames; combing is a property of the whole film
+    if (frames_read_ % combing_interval == 0) note_combing(frame);
+  }
+  previous_ = sparse;
+}
+
+// Two fields woven into one frame: where something moves, a row differs more from the next row than from the one
+// after it, which belongs to the same field.
+void VideoReader::note_combing(const cv::Mat& frame) {
+  constexpr int stride = 4;
+  constexpr int moved = 24;  // grey levels of change at a pixel: well above camera noise
+  for (int row = 0; row + 1 < previous_.rows; ++row) {
+    const int y = row * stride;
+    if (y + 3 >= frame.rows) break;
+    for (int column = 0; column < previous_.cols; ++column) {
+      const int x = column * stride;
+      const int here = frame.at<cv::Vec3b>(y, x)[1];
+      if (std::abs(here - static_cast<int>(previous_.at<std::uint8_t>(row, column))) < moved) continue;
+      const int next = frame.at<cv::Vec3b>(y + 1, x)[1];
+      const int second = frame.at<cv::Vec3b>(y + 2, x)[1];
+      combed_change_ += std::abs(here - next);
+      plain_change_ += std::abs(here - second);
+    }
+  }
+}
+
+void VideoReader::finish() {
+  finished_ = true;
+  const int missing = declared_frames_ - frames_read_;
+  if (missing > std::max<double>(tolerated_missing_frames, tolerated_missing_share * declared_frames_)) {
+    throw InputError(fmt::format("{}: the film breaks off after frame {} although its header announces {} frames; copy "
+                                 "or record it again", file_.string(), frames_read_ - 1, declared_frames_));
+  }
+  // A repeated frame: no change at all between two that change as usual.
+  constexpr int neighbourhood = 4;
+  const int frames = frames_read_;
+  for (int frame = 2; frame + 1 < frames; ++frame) {
+    std::vector<double> around;
+    for (int other = std::max(1, frame - neighbourhood); other <= std::min(frames - 1, frame + neighbourhood); ++other)
+      if (other != frame) around.push_back(changes_[static_cast<std::size_t>(other)]);
+    const double usual = median(around);
+    const double lowest = *std::min_element(around.begin(), around.end());
+    constexpr double repeated_share = 0.1;
+    if (usual > 0.05 && lowest > 0.3 * usual && changes_[static_cast<std::size_t>(frame)] < repeated_share * usual)
+      repeated_frames_.push_back(frame);
+  }
+}
+
+std::vector<std::string> VideoReader::warnings() const {
+  std::vector<std::string> sentences;
+  const double rate_ratio = declared_frame_rate_ > 0.0 ? declared_frame_rate_ / frame_rate_ : 1.0;
+  if (std::abs(rate_ratio - 1.0) > 0.005) {
+    sentences.push_back(fmt::format("The file says {:.4g} frames/s but the experiment {:.4g}; the experiment's rate "
+                                    "was used.", declared_frame_rate_, frame_rate_));
+  }
+  const int missing = declared_frames_ - frames_read_;
+  if (declared_frames_ > 0 && missing != 0) {
+    sentences.push_back(fmt::format("The file announces {} frames but {} were read.", declared_frames_, frames_read_));
+  }
+  if (!repeated_frames_.empty()) {
+    sentences.push_back(fmt::format("Frames {} repeat the frame before them while the film moves: the clock of this "
+                                    "recording may slip there.", listed(repeated_frames_)));
+  }
+  // Uneven time stamps. Zero stamps near the end are an OpenCV fault and mean nothing.
+  std::vector<int> uneven;
+  const double step = declared_frame_rate_ > 0.0 ? 1.0 / declared_frame_rate_ : 0.0;
+  for (std::size_t frame = 1; step > 0.0 && frame < time_stamps_.size(); ++frame) {
+    if (time_stamps_[frame] <= 0.0 || time_stamps_[frame - 1] <= 0.0) continue;
+    if (std::abs(time_stamps_[frame] - time_stamps_[frame - 1] - step) > 0.3 * step)
+      uneven.push_back(static_cast<int>(frame));
+  }
+  if (!uneven.empty()) {
+    sentences.push_back(fmt::format("The file's time stamps are uneven at frames {}; frames were taken as evenly "
+                                    "spaced.", listed(uneven)));
+  }
+  // Progressive film: a row two away differs more than the next one. Woven fields reverse that.
+  if (combed_change_ > 1.15 * plain_change_ && plain_change_ > 0.0) {
+    sentences.push_back("The film looks interlaced (moving edges are combed); split it into fields before tracking.");
+  }
+  return sentences;
+}
+
+}  // namespace graintruth::tracking
