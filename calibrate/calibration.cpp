@@ -17,8 +17,6 @@ constexpr double polish_step = 0.1;      // of each range; first step of the loc
 constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
 constexpr std::array<double, 3> effect_levels = {
     0.0, 0.5, 1.0};  // low, middle, high in the unit range
-// 95 % quantile of the range of three standard normal values (Pearson and Hartley 1966, table 22).
-constexpr double range_of_three_95 = 3.31;
 constexpr std::array<double, 4> thesis_frictions = {0.0, 0.1, 0.2, 0.35};  // section 4.2.2
 
 // One calibration under way: the options, the growing result, and what every stage needs of both.
@@ -36,6 +34,7 @@ class Calibrator {
     timed("design", [&] { explore(); });
     timed("effects", [&] { find_effects(); });
     timed("polish", [&] { polish(); });
+    timed("effects at the minimum", [&] { look_again(); });
     timed("uncertainty", [&] { find_uncertainty(); });
     timed("confirmation", [&] { confirm(); });
     timed("friction series", [&] { vary_friction(); });
@@ -107,7 +106,11 @@ class Calibrator {
         });
   }
 
-  int budget_left() const { return options_.budget - static_cast<int>(result_.evaluations.size()); }
+  int budget_left() const {
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
+    if (options_.time_limit > 0.0 && taken.count() > options_.time_limit) return 0;
+    return options_.budget - static_cast<int>(result_.evaluations.size());
+  }
 
   // 1. The time step, at the centre of the box and half way from there to its lower corner, where
   // particles move more.
@@ -147,7 +150,7 @@ class Calibrator {
 
   // 3. What each parameter does on its own, from the best point so far: its range of the objective
   // against the range that
-  //    seeds alone would give. What shows no effect is held at its bench value.
+  //    replicates and seeds alone would give. What shows no effect is held at its bench value.
   void find_effects() {
     const ParameterSet bench = bench_parameters(problem_.experiment);
     for (const std::string_view name : parameter_names) {
@@ -155,42 +158,41 @@ class Calibrator {
                                     .value = value_of(bench, name),
                                     .bench = value_of(bench, name)});
     }
-    const ParameterSpace full = space_;
-    if (full.dimension() == 0) return;
+    if (space_.dimension() == 0) return;
     const ParameterSet start = best().parameters;
-    for (std::size_t d = 0; d < full.dimension(); ++d) {
-      const datasets::TunedParameter& tuned = full.tuned()[d];
-      std::vector<ParameterSet> places;
-      for (const double level : effect_levels) {
-        UnitPoint point = full.to_unit(start);
-        point[d] = level;
-        places.push_back(full.from_unit(point));
+    for (const datasets::TunedParameter& tuned : problem_.experiment.tuned) {
+      CalibratedParameter& parameter = calibrated(tuned.name);
+      parameter.lower_bound = tuned.lower;
+      parameter.upper_bound = tuned.upper;
+      if (has_effect(parameter, start)) {
+        parameter.status = ParameterStatus::tuned;
+      } else {
+        hold(parameter);
       }
-      record_effect(tuned, search("effects", places));
     }
   }
 
-  void record_effect(const datasets::TunedParameter& tuned, const std::vector<Evaluation>& levels) {
-    double lowest = levels.front().objective;
-    double highest = lowest;
-    double variance = 0.0;
-    for (const Evaluation& level : levels) {
-      lowest = std::min(lowest, level.objective);
-      highest = std::max(highest, level.objective);
-      const double noise = objective_noise(problem_.target, level.runs);
-      variance += noise * noise / static_cast<double>(levels.size());
+  bool has_effect(CalibratedParameter& parameter, const ParameterSet& start) {
+    std::vector<ParameterSet> places;
+    for (const double level : effect_levels) {
+      places.push_back(start);
+      value_of(places.back(), parameter.name) =
+          parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
     }
-    CalibratedParameter& parameter = calibrated(tuned.name);
-    parameter.lower_bound = tuned.lower;
-    parameter.upper_bound = tuned.upper;
-    parameter.effect = highest - lowest;
-    parameter.effect_noise = range_of_three_95 * std::sqrt(variance);
-    if (parameter.effect < parameter.effect_noise) {
-      parameter.status = ParameterStatus::not_identified;
-      space_ = space_.with_fixed(tuned.name, parameter.bench);
-    } else {
-      parameter.status = ParameterStatus::tuned;
-    }
+    const std::vector<Evaluation> levels = search("effects", places);
+    const auto [lowest, highest] =
+        std::minmax_element(levels.begin(), levels.end(), [](const auto& a, const auto& b) {
+          return a.objective < b.objective;
+        });
+    parameter.effect = highest->objective - lowest->objective;
+    parameter.effect_noise = range_of_noise(
+        problem_, levels, {.draws = 200, .seed = options_.seed, .jobs = options_.jobs});
+    return parameter.effect >= parameter.effect_noise;
+  }
+
+  void hold(CalibratedParameter& parameter) {
+    parameter.status = ParameterStatus::not_identified;
+    space_ = space_.with_fixed(parameter.name, parameter.bench);
   }
 
   CalibratedParameter& calibrated(std::string_view name) {
@@ -221,6 +223,22 @@ class Calibrator {
     }
   }
 
+  // 5. Far from the minimum a small effect drowns in the noise of a large objective: what was held
+  // is tried once more where
+  //    the search ended, and joins it if it shows there.
+  void look_again() {
+    const std::size_t dimension = space_.dimension();
+    for (CalibratedParameter& parameter : result_.calibrated) {
+      if (parameter.status != ParameterStatus::not_identified) continue;
+      if (has_effect(parameter, best().parameters)) parameter.status = ParameterStatus::tuned;
+    }
+    space_ = ParameterSpace(problem_.experiment.tuned, bench_parameters(problem_.experiment));
+    for (CalibratedParameter& parameter : result_.calibrated) {
+      if (parameter.status == ParameterStatus::not_identified) hold(parameter);
+    }
+    if (space_.dimension() > dimension) polish();
+  }
+
   std::vector<UnitPoint> distinct_starts() const {
     std::vector<const Evaluation*> ranked;
     for (const Evaluation& evaluation : result_.evaluations) ranked.push_back(&evaluation);
@@ -241,7 +259,7 @@ class Calibrator {
     return starts;
   }
 
-  // 5. The bootstrap over replicates and seeds, on the runs that there are.
+  // 6. The bootstrap over replicates and seeds, on the runs that there are.
   void find_uncertainty() {
     if (space_.dimension() == 0) return;
     result_.bootstrap = bootstrap_minimum(
@@ -249,7 +267,7 @@ class Calibrator {
     for (const auto& tuned : space_.tuned()) result_.identified.push_back(tuned.name);
   }
 
-  // 6. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
+  // 7. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
   // between the two, and
   //    further fresh seeds give the score, so that no choice enters it.
   void confirm() {
@@ -276,7 +294,7 @@ class Calibrator {
     result_.objective_noise = objective_noise(problem_.target, result_.score.evaluation.runs);
   }
 
-  // 7. The thesis's four frictions, for its figure 4.4.
+  // 8. The thesis's four frictions, for its figure 4.4.
   void vary_friction() {
     const datasets::Trajectories measured = mean_track(problem_.target.replicates);
     const auto seeds = make_seeds(options_.seed, "confirmation", options_.confirmation_seeds);
@@ -306,7 +324,7 @@ class Calibrator {
     }
   }
 
-  // 8. Values, intervals and what must be said of them.
+  // 9. Values, intervals and what must be said of them.
   void finish() {
     for (CalibratedParameter& parameter : result_.calibrated) {
       parameter.value = value_of(result_.parameters, parameter.name);
@@ -364,6 +382,7 @@ class Calibrator {
   const Problem& problem_;
   Ensemble& ensemble_;
   const CalibrationOptions& options_;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
   std::string stage_;

@@ -19,6 +19,7 @@ struct CalibrationOptions {
   int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
   double largest_time_step_fraction = 0.3;
+  double time_limit = 0.0;  // s of wall time after which the search ends with what it has; 0: none
   double allowed_failures = 0.3;  // share of simulations; above it the calibration gives up
   // Stage, evaluations done so far, budget of evaluations, share of the present batch that is done,
   // lowest objective.

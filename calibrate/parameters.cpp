@@ -1,8 +1,42 @@
 #include "calibrate/parameters.h"
 
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "datasets/input_error.h"
+#include "datasets/run_folder.h"
+
 namespace graintruth::calibrate {
+
+namespace {
+
+nlohmann::json read_result(const std::filesystem::path& file) {
+  nlohmann::json json = nlohmann::json::parse(datasets::read_whole(file), nullptr, false);
+  if (json.is_discarded()) {
+    throw datasets::InputError(
+        fmt::format("{}: this is not valid JSON; a result.json of ours is needed.", file.string()));
+  }
+  return json;
+}
+
+ParameterSet parameters_of_result(const std::filesystem::path& file, ParameterSet parameters) {
+  const nlohmann::json json = read_result(file);
+  for (const std::string_view name : parameter_names) {
+    const nlohmann::json::json_pointer value(fmt::format("/parameters/{}/value", name));
+    if (!json.contains(value) || !json[value].is_number()) {
+      throw datasets::InputError(
+          fmt::format("{}: parameters.{}.value is missing or no number.", file.string(), name));
+    }
+    value_of(parameters, name) = json[value].get<double>();
+  }
+  return parameters;
+}
+
+bool is_json(const std::filesystem::path& file) { return file.extension() == ".json"; }
+
+}  // namespace
 
 double& value_of(ParameterSet& parameters, std::string_view name) {
   if (name == parameter_names[0]) return parameters.friction_particle_particle;
@@ -20,6 +54,22 @@ ParameterSet bench_parameters(const datasets::Experiment& experiment) {
   return {material.friction_particle_particle.value,
           material.friction_particle_wall.value,
           material.restitution.value};
+}
+
+ParameterSet load_parameters(const std::filesystem::path& file, const ParameterSet& bench) {
+  if (is_json(file)) return parameters_of_result(file, bench);
+  ParameterSet parameters = bench;
+  for (const auto& [name, value] : datasets::read_parameter_table(file))
+    value_of(parameters, name) = value;
+  return parameters;
+}
+
+std::optional<double> load_time_step_fraction(const std::filesystem::path& file) {
+  if (!is_json(file)) return std::nullopt;
+  const nlohmann::json json = read_result(file);
+  const nlohmann::json::json_pointer fraction("/time_step/fraction");
+  if (!json.contains(fraction) || !json[fraction].is_number()) return std::nullopt;
+  return json[fraction].get<double>();
 }
 
 ParameterSet ParameterSpace::from_unit(const std::vector<double>& unit) const {

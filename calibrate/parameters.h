@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +32,9 @@ ParameterSet bench_parameters(const datasets::Experiment& experiment);
 // Reads a result.json of ours or a TOML table of name = value; what it does not name stays at the
 // bench value. Throws datasets::InputError for an unknown name or an impossible value.
 ParameterSet load_parameters(const std::filesystem::path& file, const ParameterSet& bench);
+
+// The time step fraction of a result.json; none in a TOML table.
+std::optional<double> load_time_step_fraction(const std::filesystem::path& file);
 
 // The box of the tuned parameters, seen as a unit cube. What is not tuned stays at its base value.
 class ParameterSpace {

@@ -57,7 +57,8 @@ Json agreement_json(const Problem& problem, const Score& score, const ScoreConte
           {"single_run_median_percent", score.thesis_single_run_median},
           {"single_run_median_percent_student_t", score.student_single_run_median},
           {"without_first_frame",
-           {{"percent", score.thesis_without_first_frame}, {"percent_student_t", score.student_without_first_frame}}},
+           {{"percent", score.thesis_without_first_frame},
+            {"percent_student_t", score.student_without_first_frame}}},
           {"per_particle", per_particle}};
 }
 
@@ -89,11 +90,14 @@ Json head_json(const Problem& problem, const char* kind) {
           {"kind", kind}};
 }
 
-void write_json(const std::filesystem::path& file, const Json& json) { datasets::write_whole(file, json.dump(2) + "\n"); }
+void write_json(const std::filesystem::path& file, const Json& json) {
+  datasets::write_whole(file, json.dump(2) + "\n");
+}
 
 void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
   Json names = Json::array();
-  for (const datasets::Replicate& replicate : problem.experiment.replicates) names.push_back(replicate.name);
+  for (const datasets::Replicate& replicate : problem.experiment.replicates)
+    names.push_back(replicate.name);
   Json starts = Json::array();
   for (const datasets::Pose& pose : problem.starts.mean) {
     starts.push_back({{"x_m", pose.x}, {"z_m", pose.z}, {"angle_rad", pose.angle}});
@@ -101,7 +105,8 @@ void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
   const Band& band = problem.target.replicates;
   Json tracks = Json::array();
   for (std::size_t frame = 0; frame < band.frames(); ++frame) {
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles); ++particle) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
+         ++particle) {
       const auto& spreads = band.spreads[band.index(frame, particle)];
       tracks.push_back({{"time_s", band.time[frame]},
                         {"particle", particle + 1},
@@ -120,12 +125,14 @@ void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
               {"particles", band.particles},
               {"frames", band.time},
               {"starts", starts},
-              {"start_standard_deviation", {{"x_m", spread.x}, {"z_m", spread.z}, {"angle_rad", spread.angle}}},
+              {"start_standard_deviation",
+               {{"x_m", spread.x}, {"z_m", spread.z}, {"angle_rad", spread.angle}}},
               {"mean_tracks", tracks}});
 }
 
 void write_agreement(const datasets::RunFolder& folder, const Score& score) {
-  Table table({"particle", "rank0", "rank1", "rank2", "rank3", "points", "percent", "percent_student_t"});
+  Table table(
+      {"particle", "rank0", "rank1", "rank2", "rank3", "points", "percent", "percent_student_t"});
   for (std::size_t i = 0; i < score.thesis.per_particle.size(); ++i) {
     const ParticleAgreement& row = score.thesis.per_particle[i];
     std::vector<std::string> cells = {std::to_string(row.particle)};
@@ -141,7 +148,8 @@ void write_agreement(const datasets::RunFolder& folder, const Score& score) {
 void write_ranks(const datasets::RunFolder& folder, const Band& band, const Score& score) {
   Table table({"frame", "time_s", "particle", "rank", "rank_student_t"});
   for (std::size_t frame = 0; frame < band.frames(); ++frame) {
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles); ++particle) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
+         ++particle) {
       const std::size_t i = band.index(frame, particle);
       if (score.thesis.ranks[i] < 0) continue;
       table.add({std::to_string(frame),
@@ -154,7 +162,8 @@ void write_ranks(const datasets::RunFolder& folder, const Band& band, const Scor
   datasets::write_csv(folder.table("ranks"), table);
 }
 
-// Replicates' mean and 95 % intervals beside the simulated mean and the standard deviation of its single runs.
+// Replicates' mean and 95 % intervals beside the simulated mean and the standard deviation of its
+// single runs.
 void write_bands(const datasets::RunFolder& folder, const Band& band, const Score& score) {
   constexpr std::array<const char*, 3> names = {"x", "z", "angle"};
   const Band simulated = measure(completed_tracks(score.evaluation.runs));
@@ -171,13 +180,16 @@ void write_bands(const datasets::RunFolder& folder, const Band& band, const Scor
                "simulated_lower",
                "simulated_upper"});
   for (std::size_t frame = 0; frame < band.frames(); ++frame) {
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles); ++particle) {
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
+         ++particle) {
       const std::size_t i = band.index(frame, particle);
       for (std::size_t q = 0; q < quantities.size(); ++q) {
         const Spread& measured = band.spreads[i][q];
         const double error = measured.standard_deviation / std::sqrt(std::max(1, measured.count));
         const double z = critical_value(Critical::thesis_196, measured.count) * error;
-        const double t = measured.count < 2 ? std::nan("") : critical_value(Critical::student_t, measured.count) * error;
+        const double t = measured.count < 2
+                             ? std::nan("")
+                             : critical_value(Critical::student_t, measured.count) * error;
         Spread model{.mean = std::nan(""), .standard_deviation = std::nan("")};
         if (!simulated.spreads.empty()) model = simulated.spreads[i][q];
         // Drawn on the branch of the measured angle.
@@ -200,7 +212,9 @@ void write_bands(const datasets::RunFolder& folder, const Band& band, const Scor
   datasets::write_csv(folder.table("bands"), table);
 }
 
-void write_evaluations(const datasets::RunFolder& folder, const Problem& problem, const CalibrationResult& result) {
+void write_evaluations(const datasets::RunFolder& folder,
+                       const Problem& problem,
+                       const CalibrationResult& result) {
   Table table({"evaluation",
                "stage",
                "friction_particle_particle",
@@ -253,9 +267,10 @@ void write_bootstrap(const datasets::RunFolder& folder, const CalibrationResult&
   for (const UnitPoint& draw : result.bootstrap->draws) {
     std::vector<std::string> cells = {std::to_string(++number)};
     for (std::size_t d = 0; d < draw.size(); ++d) {
-      const auto at = std::find_if(result.calibrated.begin(), result.calibrated.end(), [&](const auto& parameter) {
-        return parameter.name == result.identified[d];
-      });
+      const auto at = std::find_if(
+          result.calibrated.begin(), result.calibrated.end(), [&](const auto& parameter) {
+            return parameter.name == result.identified[d];
+          });
       cells.push_back(number_text(at->lower_bound + draw[d] * (at->upper_bound - at->lower_bound)));
     }
     table.add(std::move(cells));
@@ -263,7 +278,9 @@ void write_bootstrap(const datasets::RunFolder& folder, const CalibrationResult&
   datasets::write_csv(folder.table("bootstrap"), table);
 }
 
-void write_comparison(const datasets::RunFolder& folder, const Problem& problem, const Score& score) {
+void write_comparison(const datasets::RunFolder& folder,
+                      const Problem& problem,
+                      const Score& score) {
   write_measured(folder, problem);
   write_agreement(folder, score);
   write_ranks(folder, problem.target.replicates, score);

@@ -1,4 +1,5 @@
-// What a calibration or validation leaves in its run folder: result.json, measured.json and the tables of the report.
+// What a calibration or validation leaves in its run folder: result.json, measured.json and the
+// tables of the report.
 #pragma once
 
 #include <string>

@@ -1,6 +1,7 @@
 #include "calibrate/surrogate.h"
 
 #include <Eigen/Dense>
+#include <array>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_01.hpp>
 #include <cmath>
@@ -47,25 +48,25 @@ struct Surrogate::Fit {
   Eigen::RowVectorXd trend;  // 1' K^-1 / (1' K^-1 1): weights of the constant trend
 };
 
-Surrogate::Surrogate(std::vector<UnitPoint> points,
-                     std::span<const double> values,
-                     std::span<const double> noise)
-    : fit_(std::make_unique<Fit>()) {
-  const std::size_t n = points.size();
-  const std::size_t dimension = points.front().size();
-  fit_->points = std::move(points);
-  fit_->values = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(n));
+namespace {
 
-  // 1. Length scales and amplitude by maximum likelihood, with the measured noise
-  const OT::Sample inputs = sample_of(fit_->points);
+// One Gaussian process for an assumed roughness: lengths and amplitude by maximum likelihood.
+struct Candidate {
+  OT::CovarianceModel covariance;
+  Eigen::MatrixXd inverse;
+  Eigen::RowVectorXd trend;
+  double log_likelihood = 0.0;
+};
+
+Candidate fit_candidate(const OT::Sample& inputs,
+                        const Eigen::VectorXd& values,
+                        const OT::Point& variance,
+                        double amplitude) {
+  const OT::UnsignedInteger n = inputs.getSize();
+  const OT::UnsignedInteger dimension = inputs.getDimension();
   OT::Sample outputs(n, 1);
-  OT::Point variance(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    outputs(i, 0) = values[i];
-    variance[i] = noise[i] * noise[i];
-  }
-  OT::MaternModel model(
-      OT::Point(dimension, 0.5), OT::Point(1, std::max(value_spread(), 1.0e-6)), 2.5);
+  for (OT::UnsignedInteger i = 0; i < n; ++i) outputs(i, 0) = values(static_cast<Eigen::Index>(i));
+  const OT::MaternModel model(OT::Point(dimension, 0.5), OT::Point(1, amplitude), 2.5);
   OT::KrigingAlgorithm kriging(inputs, outputs, model, OT::ConstantBasisFactory(dimension).build());
   kriging.setNoise(variance);
   // Lengths from a twentieth of the range (below that a value tells nothing of its neighbours) to
@@ -73,20 +74,59 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
   kriging.setOptimizationBounds(
       OT::Interval(OT::Point(dimension, 0.05), OT::Point(dimension, 10.0)));
   kriging.run();
-  fit_->covariance = kriging.getResult().getCovarianceModel();
 
-  // 2. The linear predictor: K^-1 and the weights of the constant trend
-  Eigen::MatrixXd k(n, n);
-  const OT::CovarianceMatrix discretised = fit_->covariance.discretize(inputs);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) {
+  Candidate candidate;
+  candidate.covariance = kriging.getResult().getCovarianceModel();
+  const OT::CovarianceMatrix discretised = candidate.covariance.discretize(inputs);
+  const auto size = static_cast<Eigen::Index>(n);
+  Eigen::MatrixXd k(size, size);
+  for (OT::UnsignedInteger i = 0; i < n; ++i) {
+    for (OT::UnsignedInteger j = 0; j < n; ++j) {
       k(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
           discretised(i, j) + (i == j ? variance[i] : 0.0);
     }
   }
-  const auto size = static_cast<Eigen::Index>(n);
-  fit_->inverse = k.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
-  fit_->trend = fit_->inverse.colwise().sum() / fit_->inverse.sum();
+  const Eigen::LDLT<Eigen::MatrixXd> factors = k.ldlt();
+  candidate.inverse = factors.solve(Eigen::MatrixXd::Identity(size, size));
+  candidate.trend = candidate.inverse.colwise().sum() / candidate.inverse.sum();
+  // log p = -1/2 (r' K^-1 r + log |K|) + constant, r the values less their trend (Rasmussen and
+  // Williams 2006, eq 2.30)
+  const Eigen::VectorXd residual = values.array() - candidate.trend.dot(values);
+  candidate.log_likelihood = -0.5 * (residual.dot(candidate.inverse * residual) +
+                                     factors.vectorD().array().abs().log().sum());
+  return candidate;
+}
+
+}  // namespace
+
+Surrogate::Surrogate(std::vector<UnitPoint> points,
+                     std::span<const double> values,
+                     std::span<const double> noise)
+    : fit_(std::make_unique<Fit>()) {
+  fit_->points = std::move(points);
+  fit_->values =
+      Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  const OT::Sample inputs = sample_of(fit_->points);
+  const double spread = std::max(value_spread(), 1.0e-6);
+  // Between neighbouring parameters the objective jumps by more than its seeds tell, because
+  // particles take another turn. That roughness is one more independent error of each value; its
+  // size is the likeliest of a few.
+  constexpr std::array<double, 6> roughness = {
+      0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // of the values' spread
+  bool is_first = true;
+  double best = 0.0;
+  for (const double share : roughness) {
+    OT::Point variance(noise.size());
+    for (std::size_t i = 0; i < noise.size(); ++i)
+      variance[i] = noise[i] * noise[i] + std::pow(share * spread, 2);
+    Candidate candidate = fit_candidate(inputs, fit_->values, variance, spread);
+    if (!is_first && !(candidate.log_likelihood > best)) continue;
+    is_first = false;
+    best = candidate.log_likelihood;
+    fit_->covariance = candidate.covariance;
+    fit_->inverse = std::move(candidate.inverse);
+    fit_->trend = std::move(candidate.trend);
+  }
 }
 
 Surrogate::~Surrogate() = default;

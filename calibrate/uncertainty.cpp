@@ -1,6 +1,7 @@
 #include "calibrate/uncertainty.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
@@ -66,26 +67,94 @@ double percentile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+// The log objective, cut off well above its minimum: there the landscape is a cliff (particles
+// jam), which would teach the surrogate lengths that are too short for the valley.
+std::vector<double> surrogate_values(std::span<const double> objectives) {
+  constexpr double cut = 20.0;  // times the lowest objective
+  const double lowest_objective = *std::min_element(objectives.begin(), objectives.end());
+  std::vector<double> values;
+  for (const double objective : objectives)
+    values.push_back(std::log(std::min(objective, cut * lowest_objective)));
+  return values;
+}
+
 }  // namespace
+
+std::vector<std::vector<double>> draw_objectives(const Problem& problem,
+                                                 std::span<const Evaluation> evaluations,
+                                                 const BootstrapOptions& options) {
+  std::vector<std::vector<datasets::Trajectories>> tracks;
+  for (const Evaluation& evaluation : evaluations)
+    tracks.push_back(completed_tracks(evaluation.runs));
+  const std::vector<std::uint64_t> seeds = make_seeds(options.seed, "bootstrap", options.draws);
+  std::vector<std::vector<double>> drawn(static_cast<std::size_t>(options.draws));
+  parallel_for(options.draws, options.jobs, [&](int draw) {
+    Generator generator(seeds[static_cast<std::size_t>(draw)]);
+    // A draw of one replicate only has no spread left in it; it is drawn again.
+    std::vector<int> replicate_weights;
+    do {
+      replicate_weights = draw_weights(problem.replicates.size(), generator);
+    } while (!spread_over_two(replicate_weights));
+    const Band band = measure(problem.replicates, replicate_weights);
+    for (const auto& runs : tracks) {
+      const datasets::Trajectories mean =
+          mean_track(measure(runs, draw_weights(runs.size(), generator)));
+      drawn[static_cast<std::size_t>(draw)].push_back(objective(band, problem.target.widths, mean));
+    }
+  });
+  return drawn;
+}
+
+double small_sample_stretch(std::size_t replicates) {
+  const auto n = static_cast<double>(replicates);
+  return critical_value(Critical::student_t, static_cast<int>(replicates)) / 1.96 *
+         std::sqrt(n / (n - 1.0));
+}
+
+double range_of_noise(const Problem& problem,
+                      std::span<const Evaluation> evaluations,
+                      const BootstrapOptions& options) {
+  // 95 % quantile of the range of k standard normal values, k = 2 to 5 (Pearson and Hartley 1966,
+  // table 22).
+  constexpr std::array<double, 6> range_95 = {0.0, 0.0, 2.77, 3.31, 3.63, 3.86};
+  const auto drawn = draw_objectives(problem, evaluations, options);
+  // The standard deviation of a single objective, from that of the differences, which common
+  // replicates leave.
+  double variance = 0.0;
+  int pairs = 0;
+  for (std::size_t i = 0; i < evaluations.size(); ++i) {
+    for (std::size_t j = i + 1; j < evaluations.size(); ++j) {
+      double mean = 0.0;
+      for (const auto& draw : drawn)
+        mean += (draw[i] - draw[j]) / static_cast<double>(drawn.size());
+      for (const auto& draw : drawn) {
+        variance += std::pow(draw[i] - draw[j] - mean, 2) / static_cast<double>(drawn.size() - 1);
+      }
+      ++pairs;
+    }
+  }
+  const std::size_t count = std::min(evaluations.size(), range_95.size() - 1);
+  return range_95[count] * small_sample_stretch(problem.replicates.size()) *
+         std::sqrt(0.5 * variance / std::max(1, pairs));
+}
 
 Bootstrap bootstrap_minimum(const Problem& problem,
                             std::span<const Evaluation> evaluations,
                             const ParameterSpace& space,
                             const BootstrapOptions& options) {
-  // 1. The surrogate of the log objective on all replicates
-  std::vector<const Evaluation*> usable;
-  std::vector<std::vector<datasets::Trajectories>> tracks;
+  // 1. The surrogate on all replicates
+  std::vector<Evaluation> usable;
   std::vector<UnitPoint> points;
-  std::vector<double> values;
+  std::vector<double> objectives;
   std::vector<double> noise;
   for (const Evaluation& evaluation : evaluations) {
     if (evaluation.failed > 0) continue;
-    usable.push_back(&evaluation);
-    tracks.push_back(completed_tracks(evaluation.runs));
+    usable.push_back(evaluation);
     points.push_back(space.to_unit(evaluation.parameters));
-    values.push_back(std::log(evaluation.objective));
+    objectives.push_back(evaluation.objective);
     noise.push_back(objective_noise(problem.target, evaluation.runs) / evaluation.objective);
   }
+  const std::vector<double> values = surrogate_values(objectives);
   const Surrogate surrogate(points, values, noise);
   const std::vector<UnitPoint> places = grid(space.dimension());
   const std::vector<double> weights = surrogate.prediction_weights(places);
@@ -94,31 +163,13 @@ Bootstrap bootstrap_minimum(const Problem& problem,
   bootstrap.leave_one_out_error = surrogate.leave_one_out_error();
   bootstrap.value_spread = surrogate.value_spread();
 
-  // 2. The same minimum for replicates and seeds drawn anew
-  const std::size_t replicates = problem.replicates.size();
-  bootstrap.draws.resize(static_cast<std::size_t>(options.draws));
-  const std::vector<std::uint64_t> seeds = make_seeds(options.seed, "bootstrap", options.draws);
-  parallel_for(options.draws, options.jobs, [&](int draw) {
-    Generator generator(seeds[static_cast<std::size_t>(draw)]);
-    // A draw of one replicate only has no spread left in it; it is drawn again.
-    std::vector<int> replicate_weights;
-    do {
-      replicate_weights = draw_weights(replicates, generator);
-    } while (!spread_over_two(replicate_weights));
-    const Band band = measure(problem.replicates, replicate_weights);
-    std::vector<double> drawn(usable.size());
-    for (std::size_t i = 0; i < usable.size(); ++i) {
-      const std::vector<int> run_weights = draw_weights(tracks[i].size(), generator);
-      drawn[i] = std::log(
-          objective(band, problem.target.widths, mean_track(measure(tracks[i], run_weights))));
-    }
-    bootstrap.draws[static_cast<std::size_t>(draw)] = places[lowest(weights, drawn, places.size())];
-  });
+  // 2. The same minimum for every draw
+  for (const auto& drawn : draw_objectives(problem, usable, options)) {
+    bootstrap.draws.push_back(places[lowest(weights, surrogate_values(drawn), places.size())]);
+  }
 
-  // 3. Percentiles, stretched for the small number of replicates
-  const auto n = static_cast<double>(replicates);
-  const double stretch = critical_value(Critical::student_t, static_cast<int>(replicates)) / 1.96 *
-                         std::sqrt(n / (n - 1.0));
+  // 3. Percentiles, stretched
+  const double stretch = small_sample_stretch(problem.replicates.size());
   for (std::size_t d = 0; d < space.dimension(); ++d) {
     std::vector<double> coordinates;
     for (const UnitPoint& draw : bootstrap.draws) coordinates.push_back(draw[d]);

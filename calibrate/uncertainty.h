@@ -18,6 +18,22 @@ struct BootstrapOptions {
   int jobs = 1;
 };
 
+// Objectives of the same evaluations for replicates (outer) and seeds (inner) drawn anew:
+// [draw][evaluation]. No new simulations are run.
+std::vector<std::vector<double>> draw_objectives(const Problem& problem,
+                                                 std::span<const Evaluation> evaluations,
+                                                 const BootstrapOptions& options);
+
+// Because n replicates drawn from n vary too little, distances are stretched by t(0.975, n-1)/1.96
+// sqrt(n/(n-1)) (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015).
+double small_sample_stretch(std::size_t replicates);
+
+// The range of the objective over a few evaluations that replicates and seeds alone would give in
+// 95 % of cases if all had the same expectation.
+double range_of_noise(const Problem& problem,
+                      std::span<const Evaluation> evaluations,
+                      const BootstrapOptions& options);
+
 struct Bootstrap {
   UnitPoint minimum;                 // of the surrogate, on all replicates
   std::vector<UnitPoint> draws;      // the minimum for each draw
@@ -26,11 +42,8 @@ struct Bootstrap {
   double value_spread = 0.0;         // of the log objective over the evaluations
 };
 
-// Minimum of the log objective over the unit cube of `space`, with a bootstrap over replicates
-// (outer) and seeds (inner) on stored simulations; no new ones are run. The distances of the
-// percentiles from the minimum are stretched by t(0.975, n-1)/1.96 sqrt(n/(n-1)), because n
-// replicates drawn from n vary too little (Efron and Tibshirani 1993, section 5.3; Hesterberg
-// 2015).
+// Minimum of the log objective over the unit cube of `space`, and the same for every draw. The 95 %
+// interval is that of the draws' percentiles, stretched for the small sample.
 Bootstrap bootstrap_minimum(const Problem& problem,
                             std::span<const Evaluation> evaluations,
                             const ParameterSpace& space,

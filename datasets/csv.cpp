@@ -34,12 +34,19 @@ std::vector<std::string> split(char* line) {
 std::string quoted(const std::string& cell) {
   if (cell.find_first_of(",\"\n") == std::string::npos && !cell.starts_with('#')) return cell;
   std::string text = "\"";
-  for (const char c : cell) text += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return text + "\"";
+  for (const char c : cell) {
+    if (c == '"') text += '"';
+    text += c;
+  }
+  text += '"';
+  return text;
 }
 
 void append_row(const std::vector<std::string>& cells, std::string& text) {
-  for (std::size_t i = 0; i < cells.size(); ++i) text += (i == 0 ? "" : ",") + quoted(cells[i]);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i > 0) text += ',';
+    text += quoted(cells[i]);
+  }
   text += '\n';
 }
 

@@ -12,6 +12,8 @@ namespace graintruth::datasets {
 
 namespace {
 
+constexpr std::array<const char*, 3> parameter_names = {
+    "friction_particle_particle", "friction_particle_wall", "restitution"};
 constexpr Range friction_range{0.0, 5.0, true, "a friction from 0 to 5"};
 constexpr Range restitution_range{0.0, 1.0, false, "a restitution above 0 and at most 1"};
 constexpr Range poisson_range{-1.0, 0.4999, false, "a Poisson ratio above -1 and below 0.5"};
@@ -190,7 +192,7 @@ std::vector<Replicate> read_replicates(TomlSection& root, const std::filesystem:
 
 std::vector<TunedParameter> read_tuned(TomlSection section) {
   std::vector<TunedParameter> tuned;
-  for (const char* name : {"friction_particle_particle", "friction_particle_wall", "restitution"}) {
+  for (const char* name : parameter_names) {
     auto bounds = section.optional_section(name);
     if (!bounds) continue;
     const TunedParameter parameter{name,
@@ -233,6 +235,18 @@ Experiment load_experiment(const std::filesystem::path& file) {
   if (auto section = root.optional_section("tune")) experiment.tuned = read_tuned(*section);
   root.finish();
   return experiment;
+}
+
+std::map<std::string, double> read_parameter_table(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file);
+  TomlSection root(parsed, file, "");
+  std::map<std::string, double> values;
+  for (const char* name : parameter_names) {
+    if (const auto value = root.optional_quantity(name, plain, range_of(name)))
+      values[name] = *value;
+  }
+  root.finish();
+  return values;
 }
 
 }  // namespace graintruth::datasets

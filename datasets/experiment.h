@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -116,5 +117,9 @@ struct Experiment {
 // for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does
 // not open videos or tracks, but they must exist.
 Experiment load_experiment(const std::filesystem::path& file);
+
+// A TOML file of contact parameters, name = value, with the names that TunedParameter knows. Throws
+// InputError for an unknown name or an impossible value.
+std::map<std::string, double> read_parameter_table(const std::filesystem::path& file);
 
 }  // namespace graintruth::datasets

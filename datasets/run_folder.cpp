@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 #include "datasets/input_error.h"
 
@@ -20,6 +21,17 @@ namespace {
   throw InputError(fmt::format("{}: cannot be written ({}); choose another folder with --out.",
                                file.string(),
                                std::strerror(error)));
+}
+
+// h = (h xor byte) * prime (Fowler, Noll and Vo); offset basis and prime of the 64-bit variant.
+constexpr std::uint64_t hash_basis = 0xcbf29ce484222325ULL;
+
+std::uint64_t hashed(std::uint64_t hash, std::string_view content) {
+  for (const char c : content) {
+    hash ^= static_cast<unsigned char>(c);
+    hash *= 0x100000001b3ULL;
+  }
+  return hash;
 }
 
 }  // namespace
@@ -90,11 +102,17 @@ std::string read_whole(const std::filesystem::path& file) {
 }
 
 std::string content_hash(std::string_view content) {
-  // h = (h xor byte) * prime, Fowler, Noll and Vo; offset basis and prime of the 64-bit variant.
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : content) {
-    hash ^= static_cast<unsigned char>(c);
-    hash *= 0x100000001b3ULL;
+  return fmt::format("{:016x}", hashed(hash_basis, content));
+}
+
+std::string file_hash(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(fmt::format("{}: the file cannot be opened.", file.string()));
+  std::uint64_t hash = hash_basis;
+  std::vector<char> piece(1 << 20);
+  while (stream.read(piece.data(), static_cast<std::streamsize>(piece.size())) ||
+         stream.gcount() > 0) {
+    hash = hashed(hash, {piece.data(), static_cast<std::size_t>(stream.gcount())});
   }
   return fmt::format("{:016x}", hash);
 }

@@ -41,4 +41,7 @@ std::string read_whole(const std::filesystem::path& file);
 // protect.
 std::string content_hash(std::string_view content);
 
+// The same of a file, read piece by piece. Throws InputError when it cannot be opened.
+std::string file_hash(const std::filesystem::path& file);
+
 }  // namespace graintruth::datasets

@@ -1,4 +1,5 @@
-// The agreement metric of the thesis (its equation 4.2 and Table 4.2), with the yardsticks that give it a meaning.
+// The agreement metric of the thesis (its equation 4.2 and Table 4.2), with the yardsticks that
+// give it a meaning.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -65,16 +66,19 @@ Figure score_figure(const std::vector<ScoreRow>& rows) {
     link["hoverinfo"] = "skip";
     choice.traces.push_back(link);
   }
-  choice.traces.push_back(points(
-      thesis, heights, "thesis form, 1.96", "var(--measured-strong)", "circle-open", 11.0));
+  choice.traces.push_back(
+      points(thesis, heights, "thesis form, 1.96", "var(--measured-strong)", "circle-open", 11.0));
   choice.traces.back()["marker"]["line"] = {{"width", 2}};
   choice.traces.push_back(
       points(student, heights, "Student's t", "var(--measured-strong)", "circle", 11.0));
   return {.id = "agreement-scores",
-          .caption = "The score between its ceiling and one more real replicate; only dots of the same kind may be "
-                     "compared.",
+          .caption =
+              "The score between its ceiling and one more real replicate; only dots of the same "
+              "kind may be "
+              "compared.",
           .height = 330,
-          .layout = {{"xaxis", axis("Values inside the films' 95 % interval (%)", {{"range", {0, 101}}})},
+          .layout = {{"xaxis",
+                      axis("Values inside the films' 95 % interval (%)", {{"range", {0, 101}}})},
                      {"yaxis",
                       {{"tickvals", plot_numbers(heights)},
                        {"ticktext", labels},
@@ -122,15 +126,17 @@ std::vector<ParticleRow> particle_rows(const RunData& data) {
 }
 
 TableView particle_table(const std::vector<ParticleRow>& rows) {
-  TableView table("Agreement per particle, laid out as the thesis's Table 4.2 (ranks and points in its 1.96 form)",
-                  {{"Particle", Align::left},
-                   {"Frames of rank 0"},
-                   {"rank 1"},
-                   {"rank 2"},
-                   {"rank 3"},
-                   {"Weighted points"},
-                   {"Agreement (1.96)"},
-                   {"Agreement (Student)"}});
+  TableView table(
+      "Agreement per particle, laid out as the thesis's Table 4.2 (ranks and points in its 1.96 "
+      "form)",
+      {{"Particle", Align::left},
+       {"Frames of rank 0"},
+       {"rank 1"},
+       {"rank 2"},
+       {"rank 3"},
+       {"Weighted points"},
+       {"Agreement (1.96)"},
+       {"Agreement (Student)"}});
   double frames_total = 0.0;
   double sums[4] = {};
   double points = 0.0;
@@ -219,16 +225,19 @@ Figure rank_figure(const datasets::Table& ranks) {
   std::vector<FigureChoice> choices;
   if (ranks.has("rank_student_t")) choices.push_back(choice("Student's t", "rank_student_t"));
   if (ranks.has("rank")) choices.push_back(choice("thesis form, 1.96", "rank"));
-  return {.id = "agreement-ranks",
-          .caption = "Rank of every particle in every frame: a pale run of cells is a stretch of the motion that the "
-                     "simulation gets wrong.",
-          .height = 120 + 26 * static_cast<int>(rows.size()),
-          .layout = {{"xaxis", axis("Time since the start event (s)", {{"showgrid", false}})},
-                     {"yaxis",
-                      axis("Particle (its starting place)",
-                           {{"autorange", "reversed"}, {"type", "category"}, {"showgrid", false}})}},
-          .menu = "Interval",
-          .choices = choices};
+  return {
+      .id = "agreement-ranks",
+      .caption =
+          "Rank of every particle in every frame: a pale run of cells is a stretch of the motion "
+          "that the "
+          "simulation gets wrong.",
+      .height = 120 + 26 * static_cast<int>(rows.size()),
+      .layout = {{"xaxis", axis("Time since the start event (s)", {{"showgrid", false}})},
+                 {"yaxis",
+                  axis("Particle (its starting place)",
+                       {{"autorange", "reversed"}, {"type", "category"}, {"showgrid", false}})}},
+      .menu = "Interval",
+      .choices = choices};
 }
 
 }  // namespace
@@ -242,8 +251,10 @@ Section agreement_section(const RunData& data) {
     const double rms = number(data.result, {"rms_position_m"});
     if (std::isfinite(rms)) {
       section.add_paragraph(fmt::format(
-          "Beside it, because a wide interval is easy to hit: the root-mean-square distance between the mean simulated "
-          "and the mean filmed centre is {} mm over all particles and frames. The first frame is shown apart because "
+          "Beside it, because a wide interval is easy to hit: the root-mean-square distance "
+          "between the mean simulated "
+          "and the mean filmed centre is {} mm over all particles and frames. The first frame is "
+          "shown apart because "
           "all replicates start in the same places, which leaves almost no interval to hit.",
           significant(1000.0 * rms)));
     }
@@ -258,8 +269,10 @@ Section agreement_section(const RunData& data) {
     section.add_absence("The table of agreement per particle (tables/agreement.csv) is absent.");
   } else {
     section.add_paragraph(
-        "Rank of a particle in a frame: how many of its three values x, z and angle lie inside the films' 95 % "
-        "interval, 0 to 3. Weighted points are the sum of the ranks; agreement is the points reached out of those that "
+        "Rank of a particle in a frame: how many of its three values x, z and angle lie inside the "
+        "films' 95 % "
+        "interval, 0 to 3. Weighted points are the sum of the ranks; agreement is the points "
+        "reached out of those that "
         "could be reached.");
     section.add_table(particle_table(particles));
   }
@@ -267,7 +280,8 @@ Section agreement_section(const RunData& data) {
   if (ranks && (ranks->has("rank") || ranks->has("rank_student_t"))) {
     section.add_figure(rank_figure(*ranks));
   } else {
-    section.add_absence("The ranks frame by frame (tables/ranks.csv) are absent, so no heat map is drawn.");
+    section.add_absence(
+        "The ranks frame by frame (tables/ranks.csv) are absent, so no heat map is drawn.");
   }
   return section;
 }

@@ -96,13 +96,16 @@ Section films_section(const RunData& data) {
   const Json& replicates = list(data.tracking, {"replicates"});
   if (replicates.empty()) {
     section.add_absence(
-        "No film was tracked in this run (tracking.json is absent or empty): the tracks came ready-made, and their "
+        "No film was tracked in this run (tracking.json is absent or empty): the tracks came "
+        "ready-made, and their "
         "quality cannot be shown here.");
     return section;
   }
   section.add_paragraph(
-      "Completeness is the share of particles and frames in which a particle was found. The calibration residual is how "
-      "far the fiducials lie from where the fitted camera puts them; left out, when each is predicted from the others. "
+      "Completeness is the share of particles and frames in which a particle was found. The "
+      "calibration residual is how "
+      "far the fiducials lie from where the fitted camera puts them; left out, when each is "
+      "predicted from the others. "
       "The start event is its time on the film; all times elsewhere count from it.");
   section.add_table(film_table(replicates));
 
@@ -130,12 +133,14 @@ Section films_section(const RunData& data) {
   section.add_heading("Annotated frames");
   if (!pictures.empty()) {
     section.add_paragraph(
-        "What was found, drawn on the film. An outline that is not on its particle is an error that no statistic on "
+        "What was found, drawn on the film. An outline that is not on its particle is an error "
+        "that no statistic on "
         "this page would show.");
     section.add_gallery(pictures);
   }
   if (!missing.empty()) {
-    section.add_absence(fmt::format("Annotated frames that the run lists but does not hold: {}.", joined(missing)));
+    section.add_absence(
+        fmt::format("Annotated frames that the run lists but does not hold: {}.", joined(missing)));
   } else if (pictures.empty()) {
     section.add_absence("This run left no annotated frames behind.");
   }

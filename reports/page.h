@@ -1,5 +1,5 @@
-// The page: sections made of paragraphs, tables, figures and pictures, set by mustache templates that escape what
-// they are given.
+// The page: sections made of paragraphs, tables, figures and pictures, set by mustache templates
+// that escape what they are given.
 #pragma once
 
 #include <string>

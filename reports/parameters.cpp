@@ -1,4 +1,5 @@
-// The parameters with their intervals, beside what the bench said and where the search was allowed to look.
+// The parameters with their intervals, beside what the bench said and where the search was allowed
+// to look.
 #include <cmath>
 
 #include "reports/sections.h"
@@ -38,14 +39,14 @@ TableView parameter_table(const Json& parameters) {
                    {"Status", Align::left},
                    {"Bench value"},
                    {"Search bounds"},
-                   {"Interval by", Align::left}});
+                   {"Range of objective"},
+                   {"Noise of that"}});
   for (const auto& [key, parameter] : parameters.items()) {
     const double lower = number(parameter, {"lower"});
     const double upper = number(parameter, {"upper"});
     const int decimals = decimals_of_interval(lower, upper);
     const double low_bound = number(parameter, {"bound_lower"});
     const double high_bound = number(parameter, {"bound_upper"});
-    const std::string method = text(parameter, {"method"});
     table.add_row({parameter_name(key),
                    std::isfinite(upper - lower) ? decimal(number(parameter, {"value"}), decimals)
                                                 : plain(number(parameter, {"value"})),
@@ -54,7 +55,8 @@ TableView parameter_table(const Json& parameters) {
                    status_text(text(parameter, {"status"})),
                    plain(number(parameter, {"bench_value"})),
                    range_text(low_bound, high_bound),
-                   method.empty() ? std::string(nothing) : method});
+                   significant(number(parameter, {"objective_range"}), 2),
+                   significant(number(parameter, {"objective_range_of_noise"}), 2)});
   }
   return table;
 }
@@ -88,7 +90,7 @@ Figure interval_figure(const Json& parameters) {
         number(parameter, {"upper"}),
         "95 % interval",
         "var(--measured-strong)",
-        9.0);
+        12.0);
     first = false;
     values.push_back(number(parameter, {"value"}));
     value_rows.push_back(row);
@@ -99,11 +101,14 @@ Figure interval_figure(const Json& parameters) {
   choice.traces.push_back(
       points(bench, bench_rows, "bench value", "var(--simulated)", "diamond-open", 11.0));
   choice.traces.back()["marker"]["line"] = {{"width", 2}};
-  choice.traces.push_back(points(values, value_rows, "value", "var(--ink)", "circle", 8.0));
+  choice.traces.push_back(points(values, value_rows, "value", "var(--ink)", "circle", 6.0));
   return {.id = "parameter-intervals",
-          .caption = "Each parameter's value with its interval, on the range that the search was allowed, beside the "
-                     "bench value: a bench value far outside the interval means that bench test and films measure "
-                     "different things.",
+          .caption =
+              "Each parameter's value with its interval, on the range that the search was allowed, "
+              "beside the "
+              "bench value: a bench value far outside the interval means that bench test and films "
+              "measure "
+              "different things.",
           .height = 120 + 55 * static_cast<int>(parameters.size()),
           .layout = {{"xaxis", axis("Value (dimensionless)", {{"rangemode", "tozero"}})},
                      {"yaxis",
@@ -126,6 +131,17 @@ Section parameters_section(const RunData& data) {
     return section;
   }
   section.add_table(parameter_table(parameters));
+  section.add_paragraph(
+      "Range of objective: how far the objective moves when this parameter alone goes from one "
+      "search bound to the "
+      "other. Where that is no more than the noise of that range, the films cannot tell the "
+      "parameter.");
+  for (const auto& [key, parameter] : parameters.items()) {
+    const std::string method = text(parameter, {"method"});
+    if (method.empty()) continue;
+    section.add_paragraph("Intervals by " + method + ".");
+    break;
+  }
   section.add_figure(interval_figure(parameters));
   return section;
 }

@@ -1,5 +1,6 @@
-// Figures for plotly (https://plotly.com/javascript/reference): traces and axes as JSON. Colours are written as
-// var(--name) and looked up by figures.js in the page's style sheet, so that they follow light and dark.
+// Figures for plotly (https://plotly.com/javascript/reference): traces and axes as JSON. Colours
+// are written as var(--name) and looked up by figures.js in the page's style sheet, so that they
+// follow light and dark.
 #pragma once
 
 #include <string>

@@ -57,7 +57,8 @@ Section provenance_section(const RunData& data) {
 
   const Json& hashes = at(data.run, {"input_hashes"});
   if (hashes.is_object() && !hashes.empty()) {
-    TableView table("Contents of the inputs (64-bit FNV-1a)", {{"File", Align::left}, {"Hash", Align::left}});
+    TableView table("Contents of the inputs (64-bit FNV-1a)",
+                    {{"File", Align::left}, {"Hash", Align::left}});
     for (const auto& [file, hash] : hashes.items())
       table.add_row({file, hash.is_string() ? hash.get<std::string>() : hash.dump()});
     section.add_table(table);
@@ -76,12 +77,14 @@ Section provenance_section(const RunData& data) {
     section.add_absence("The command of this run was not recorded.");
   } else {
     section.add_paragraph(
-        "The same command with the same inputs and the same version gives the same numbers, whatever the number of "
+        "The same command with the same inputs and the same version gives the same numbers, "
+        "whatever the number of "
         "jobs:");
     section.add_code(command);
   }
   section.add_paragraph(
-      "This page is made from the run folder alone, by graintruth report with that folder. Every table on it lies in "
+      "This page is made from the run folder alone, by graintruth report with that folder. Every "
+      "table on it lies in "
       "the folder's tables/ as CSV, in SI units, and every simulation has a row in journal.csv.");
   const Json& configuration = at(data.run, {"configuration"});
   if (!configuration.is_null()) {

@@ -43,18 +43,19 @@ std::string build_report(const datasets::RunFolder& folder) {
     sections.push_back(section.view());
 
   // 3. The page around them
-  return render("page",
-                {{"kind", data.is_calibration() ? "Calibration report" : "Comparison at given parameters"},
-                 {"title", experiment_title(data)},
-                 {"experiment", text(data.result, {"experiment"})},
-                 {"date", text(data.run, {"started_at"})},
-                 {"version", text(data.run, {"version"})},
-                 {"note", text(data.result, {"note"})},
-                 {"verdict", render("verdict", verdict_view(data))},
-                 {"sections", sections},
-                 {"style", asset("page.css")},
-                 {"plotly", asset("plotly.min.js")},
-                 {"figures", asset("figures.js")}});
+  return render(
+      "page",
+      {{"kind", data.is_calibration() ? "Calibration report" : "Comparison at given parameters"},
+       {"title", experiment_title(data)},
+       {"experiment", text(data.result, {"experiment"})},
+       {"date", text(data.run, {"started_at"})},
+       {"version", text(data.run, {"version"})},
+       {"note", text(data.result, {"note"})},
+       {"verdict", render("verdict", verdict_view(data))},
+       {"sections", sections},
+       {"style", asset("page.css")},
+       {"plotly", asset("plotly.min.js")},
+       {"figures", asset("figures.js")}});
 }
 
 void write_report(const datasets::RunFolder& folder) {

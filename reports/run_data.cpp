@@ -39,9 +39,10 @@ std::optional<datasets::Table> RunData::table(std::string_view name) const {
 
 RunData read_run_data(const datasets::RunFolder& folder) {
   if (!std::filesystem::exists(folder.run()) && !std::filesystem::exists(folder.result())) {
-    throw datasets::InputError(fmt::format(
-        "{}: holds neither run.json nor result.json; give the folder of a run (the --out of calibrate or validate).",
-        folder.root.string()));
+    throw datasets::InputError(
+        fmt::format("{}: holds neither run.json nor result.json; give the folder of a run (the "
+                    "--out of calibrate or validate).",
+                    folder.root.string()));
   }
   return {.folder = folder,
           .run = read_json(folder.run()),

@@ -1,4 +1,5 @@
-// What a run folder holds, read tolerantly: absent files and absent or null numbers are facts that a page can state.
+// What a run folder holds, read tolerantly: absent files and absent or null numbers are facts that
+// a page can state.
 #pragma once
 
 #include <initializer_list>

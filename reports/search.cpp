@@ -1,5 +1,6 @@
-// How the values were found: the evaluations in their order and in the plane of the two frictions, what the interval
-// rests on, and the root-mean-square distance at fixed frictions, as the thesis chose its own.
+// How the values were found: the evaluations in their order and in the plane of the two frictions,
+// what the interval rests on, and the root-mean-square distance at fixed frictions, as the thesis
+// chose its own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,11 +18,10 @@ namespace {
 struct Evaluations {
   std::vector<double> number, particle, wall, objective, best;
   std::vector<std::string> stage;
-  std::vector<bool> failed;
+  std::vector<bool> failed;  // some of its simulations did not end well
+  std::vector<double> failed_simulations;
   std::vector<std::string> stages;  // in order of appearance
 };
-
-bool says_yes(const std::string& cell) { return cell == "1" || cell == "true" || cell == "yes"; }
 
 Evaluations read_evaluations(const datasets::Table& table) {
   Evaluations all{.number = column(table, "evaluation"),
@@ -31,10 +31,10 @@ Evaluations read_evaluations(const datasets::Table& table) {
                   .best = column(table, "best"),
                   .stage = text_column(table, "stage"),
                   .failed = {},
+                  .failed_simulations = column(table, "failed"),
                   .stages = {}};
-  const auto failed = text_column(table, "failed");
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    all.failed.push_back(says_yes(failed[i]) || !std::isfinite(all.objective[i]));
+    all.failed.push_back(all.failed_simulations[i] > 0.0 || !std::isfinite(all.objective[i]));
     if (std::find(all.stages.begin(), all.stages.end(), all.stage[i]) == all.stages.end())
       all.stages.push_back(all.stage[i]);
   }
@@ -46,8 +46,9 @@ std::string stage_colour(std::size_t stage) { return fmt::format("var(--stage{})
 std::string stage_name(const std::string& stage) { return stage.empty() ? "evaluation" : stage; }
 
 TableView stage_table(const Evaluations& all) {
-  TableView table("Evaluations by stage of the search",
-                  {{"Stage", Align::left}, {"Evaluations"}, {"Failed"}, {"Lowest objective"}});
+  TableView table(
+      "Evaluations by stage of the search",
+      {{"Stage", Align::left}, {"Evaluations"}, {"Failed simulations"}, {"Lowest objective"}});
   double failed_in_all = 0.0;
   double lowest_of_all = std::nan("");
   for (const std::string& stage : all.stages) {
@@ -57,11 +58,8 @@ TableView stage_table(const Evaluations& all) {
     for (std::size_t i = 0; i < all.stage.size(); ++i) {
       if (all.stage[i] != stage) continue;
       evaluations += 1.0;
-      if (all.failed[i]) {
-        failed += 1.0;
-      } else {
-        lowest = std::fmin(lowest, all.objective[i]);
-      }
+      if (all.failed_simulations[i] > 0.0) failed += all.failed_simulations[i];
+      lowest = std::fmin(lowest, all.objective[i]);
     }
     failed_in_all += failed;
     lowest_of_all = std::fmin(lowest_of_all, lowest);
@@ -80,7 +78,7 @@ Figure convergence_figure(const Evaluations& all) {
     std::vector<double> x;
     std::vector<double> y;
     for (std::size_t i = 0; i < all.stage.size(); ++i) {
-      if (all.stage[i] != all.stages[s] || all.failed[i]) continue;
+      if (all.stage[i] != all.stages[s]) continue;
       x.push_back(all.number[i]);
       y.push_back(all.objective[i]);
     }
@@ -99,8 +97,10 @@ Figure convergence_figure(const Evaluations& all) {
     }
   }
   return {.id = "search-convergence",
-          .caption = "The objective at every evaluation, and the best so far: a line that is flat long before the end "
-                     "says that more budget would have found no more.",
+          .caption =
+              "The objective at every evaluation, and the best so far: a line that is flat long "
+              "before the end "
+              "says that more budget would have found no more.",
           .height = 400,
           .layout = {{"xaxis", axis("Evaluation")},
                      {"yaxis",
@@ -117,8 +117,8 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
     if (all.failed[i]) {
       failed_x.push_back(all.particle[i]);
       failed_y.push_back(all.wall[i]);
-      continue;
     }
+    if (!std::isfinite(all.objective[i])) continue;
     x.push_back(all.particle[i]);
     y.push_back(all.wall[i]);
     objective.push_back(all.objective[i]);
@@ -135,10 +135,12 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
   evaluated["marker"]["colorscale"] = "Viridis";
   evaluated["marker"]["showscale"] = true;
   evaluated["marker"]["line"] = {{"width", 0.5}, {"color", "var(--muted)"}};
-  evaluated["marker"]["colorbar"] = {
-      {"title", {{"text", "objective"}, {"font", {{"size", 12}}}}}, {"thickness", 12}, {"outlinewidth", 0}};
+  evaluated["marker"]["colorbar"] = {{"title", {{"text", "objective"}, {"font", {{"size", 12}}}}},
+                                     {"thickness", 12},
+                                     {"outlinewidth", 0}};
   if (!objective.empty()) {
-    // The scale ends at the upper quartile: the worst corner must not take the colours from the valley.
+    // The scale ends at the upper quartile: the worst corner must not take the colours from the
+    // valley.
     std::vector<double> sorted = objective;
     std::sort(sorted.begin(), sorted.end());
     evaluated["marker"]["cmin"] = sorted.front();
@@ -146,15 +148,19 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
   }
   choice.traces.push_back(evaluated);
   if (!failed_x.empty())
-    choice.traces.push_back(points(failed_x, failed_y, "failed", "var(--simulated)", "x", 8.0));
+    choice.traces.push_back(
+        points(failed_x, failed_y, "with failed simulations", "var(--simulated)", "x", 7.0));
   const double best_x = number(data.result, {"parameters", "friction_particle_particle", "value"});
   const double best_y = number(data.result, {"parameters", "friction_particle_wall", "value"});
   Json best = points({best_x}, {best_y}, "result", "rgba(0,0,0,0)", "star", 17.0);
   best["marker"]["line"] = {{"width", 2}, {"color", "var(--simulated)"}};
   choice.traces.push_back(best);
   return {.id = "search-plane",
-          .caption = "Every evaluation in the plane of the two frictions, dark where the objective is low (the scale "
-                     "ends at its upper quartile): a long dark valley means that the two trade off against each other.",
+          .caption =
+              "Every evaluation in the plane of the two frictions, dark where the objective is low "
+              "(the scale "
+              "ends at its upper quartile): a long dark valley means that the two trade off "
+              "against each other.",
           .height = 480,
           .layout = {{"xaxis", axis("Friction, particle to particle")},
                      {"yaxis", axis("Friction, particle to wall")}},
@@ -162,7 +168,29 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
           .choices = {choice}};
 }
 
+// Where only one friction is identified, its draws have one dimension.
+Figure bootstrap_histogram(const datasets::Table& table, std::string_view name) {
+  FigureChoice choice;
+  choice.traces.push_back({{"type", "histogram"},
+                           {"x", plot_numbers(column(table, name))},
+                           {"name", "draws"},
+                           {"marker", {{"color", "var(--measured-strong)"}}}});
+  return {
+      .id = "search-bootstrap",
+      .caption =
+          "Where the result would have been with other replicates drawn from these: the wider the "
+          "heap, the "
+          "less the films fix the parameter.",
+      .height = 360,
+      .layout = {{"xaxis", axis(parameter_name(name))}, {"yaxis", axis("Draws")}, {"bargap", 0.05}},
+      .menu = "",
+      .choices = {choice}};
+}
+
 Figure bootstrap_figure(const RunData& data, const datasets::Table& table) {
+  // The columns are "draw" and what was identified.
+  if (!table.has("friction_particle_particle") || !table.has("friction_particle_wall"))
+    return bootstrap_histogram(table, table.columns().back());
   FigureChoice choice;
   choice.traces.push_back(points(column(table, "friction_particle_particle"),
                                  column(table, "friction_particle_wall"),
@@ -190,8 +218,10 @@ Figure bootstrap_figure(const RunData& data, const datasets::Table& table) {
   result["error_y"] = error_bar(y, wall);
   choice.traces.push_back(result);
   return {.id = "search-bootstrap",
-          .caption = "Where the result would have been with other replicates drawn from these: a round cloud means two "
-                     "frictions that are known apart, a slanted one that they trade off.",
+          .caption =
+              "Where the result would have been with other replicates drawn from these: a round "
+              "cloud means two "
+              "frictions that are known apart, a slanted one that they trade off.",
           .height = 420,
           .layout = {{"xaxis", axis("Friction, particle to particle")},
                      {"yaxis", axis("Friction, particle to wall")}},
@@ -220,13 +250,16 @@ Figure profile_figure(const datasets::Table& table) {
         {"type", "data"}, {"array", plot_numbers(profile[2])}, {"thickness", 1.2}, {"width", 3}};
     choice.traces.push_back(trace);
   }
-  return {.id = "search-profile",
-          .caption = "The objective along one parameter at a time: the narrower the trough against its error bars, the "
-                     "better the films fix that parameter; a flat profile is one that they do not.",
-          .height = 400,
-          .layout = {{"xaxis", axis("Parameter value (dimensionless)")}, {"yaxis", axis("Objective")}},
-          .menu = "",
-          .choices = {choice}};
+  return {
+      .id = "search-profile",
+      .caption =
+          "The objective along one parameter at a time: the narrower the trough against its error "
+          "bars, the "
+          "better the films fix that parameter; a flat profile is one that they do not.",
+      .height = 400,
+      .layout = {{"xaxis", axis("Parameter value (dimensionless)")}, {"yaxis", axis("Objective")}},
+      .menu = "",
+      .choices = {choice}};
 }
 
 // Section 4.2.2 of the thesis: root-mean-square numbers of its own normalisation, mm.
@@ -235,8 +268,7 @@ struct ThesisRms {
   double printed_mm;
   int place;
 };
-constexpr ThesisRms thesis_rms[] = {
-    {0.0, 1052, 4}, {0.1, 532, 1}, {0.2, 951, 3}, {0.35, 731, 2}};
+constexpr ThesisRms thesis_rms[] = {{0.0, 1052, 4}, {0.1, 532, 1}, {0.2, 951, 3}, {0.35, 731, 2}};
 
 const ThesisRms* thesis_value(double friction) {
   for (const ThesisRms& row : thesis_rms)
@@ -250,10 +282,10 @@ Section search_section(const RunData& data) {
   Section section("search", "Search");
   const auto table = data.table("evaluations");
   if (!table) {
-    section.add_absence(
-        data.is_calibration()
-            ? "The record of evaluations (tables/evaluations.csv) is absent, so the search cannot be shown."
-            : "Nothing was searched in this run: the parameters were given.");
+    section.add_absence(data.is_calibration()
+                            ? "The record of evaluations (tables/evaluations.csv) is absent, so "
+                              "the search cannot be shown."
+                            : "Nothing was searched in this run: the parameters were given.");
   } else {
     const Evaluations all = read_evaluations(*table);
     const double noise = number(data.result, {"objective", "noise"});
@@ -262,11 +294,14 @@ Section search_section(const RunData& data) {
       section.add_paragraph(fmt::format(
           "The lowest objective is {}. {}",
           significant(best, 4),
-          std::isfinite(noise) ? fmt::format("Repeated with other seeds at the same parameters it varies by {} "
-                                             "(standard deviation): smaller differences in the figures mean nothing.",
+          std::isfinite(noise) ? fmt::format("Its standard error between lists of seeds is {}: "
+                                             "smaller differences in the figures mean "
+                                             "nothing.",
                                              significant(noise, 2))
                                : std::string("How far it varies between seeds was not measured.")));
     }
+    const std::string reason = text(data.result, {"objective", "stop_reason"});
+    if (!reason.empty()) section.add_paragraph(fmt::format("Why the search ended: {}.", reason));
     section.add_table(stage_table(all));
     section.add_figure(convergence_figure(all));
     section.add_figure(plane_figure(data, all));
@@ -276,11 +311,22 @@ Section search_section(const RunData& data) {
   section.add_heading("What the intervals rest on");
   const auto bootstrap = data.table("bootstrap");
   const auto profile = data.table("profile");
-  if (bootstrap) section.add_figure(bootstrap_figure(data, *bootstrap));
+  const double error = number(data.result, {"objective", "surrogate_leave_one_out_error"});
+  if (std::isfinite(error)) {
+    section.add_paragraph(
+        fmt::format("Each draw's minimum is that of a surrogate of the log objective. The "
+                    "surrogate predicts an evaluation that it "
+                    "has not seen to {}, where the evaluations themselves spread by {}.",
+                    significant(error, 2),
+                    significant(number(data.result, {"objective", "surrogate_value_spread"}), 2)));
+  }
+  const bool has_draws = bootstrap && bootstrap->columns().size() > 1;
+  if (has_draws) section.add_figure(bootstrap_figure(data, *bootstrap));
   if (profile) section.add_figure(profile_figure(*profile));
-  if (!bootstrap && !profile) {
+  if (!has_draws && !profile) {
     section.add_absence(
-        "Neither bootstrap draws (tables/bootstrap.csv) nor profiles (tables/profile.csv) were recorded in this run.");
+        "Neither bootstrap draws (tables/bootstrap.csv) nor profiles (tables/profile.csv) were "
+        "recorded in this run.");
   }
   return section;
 }
@@ -294,8 +340,10 @@ Section rms_section(const RunData& data) {
     return section;
   }
   section.add_paragraph(
-      "The thesis chose its friction this way: one value for particles and walls alike, four of them tried, the "
-      "smallest root-mean-square distance kept. It printed 532 mm at 0.1, then 731 at 0.35, 951 at 0.2 and 1052 at 0. "
+      "The thesis chose its friction this way: one value for particles and walls alike, four of "
+      "them tried, the "
+      "smallest root-mean-square distance kept. It printed 532 mm at 0.1, then 731 at 0.35, 951 at "
+      "0.2 and 1052 at 0. "
       "Its sums are normalised otherwise than ours, so only the order can be compared.");
   const auto friction = column(*table, "friction");
   auto rms = column(*table, "rms_position_m");
@@ -308,13 +356,13 @@ Section rms_section(const RunData& data) {
                  {{"Friction", Align::left},
                   {"RMS distance (mm)"},
                   {"Spread over seeds (mm)"},
-                  {"Agreement (1.96)"},
+                  {"Agreement (Student)"},
                   {"Place here"},
                   {"Place in the thesis"},
                   {"Thesis, its own sum (mm)"}});
   for (std::size_t i = 0; i < friction.size(); ++i) {
-    const auto better = std::count_if(
-        rms.begin(), rms.end(), [&](double other) { return other < rms[i]; });
+    const auto better =
+        std::count_if(rms.begin(), rms.end(), [&](double other) { return other < rms[i]; });
     const ThesisRms* printed = thesis_value(friction[i]);
     view.add_row({decimal(friction[i], 2),
                   decimal(rms[i], 1),
@@ -348,19 +396,21 @@ Section rms_section(const RunData& data) {
                      {"y", 1.0},
                      {"yanchor", "bottom"},
                      {"showarrow", false},
-                     {"text", "thesis: " + ordinal(row.place)}});
+                     {"text", fmt::format("thesis: {}", ordinal(row.place))}});
   }
-  section.add_figure({.id = "rms-friction",
-                      .caption = "RMS distance with its spread over seeds; the dotted lines mark the four frictions that "
-                                 "the thesis tried and the places in which they came.",
-                      .height = 380,
-                      .layout = {{"xaxis", axis("Friction, the same for particles and walls")},
-                                 {"yaxis", axis("RMS distance (mm)", {{"rangemode", "tozero"}})},
-                                 {"shapes", shapes},
-                                 {"annotations", notes},
-                                 {"showlegend", false}},
-                      .menu = "",
-                      .choices = {choice}});
+  section.add_figure(
+      {.id = "rms-friction",
+       .caption =
+           "RMS distance with its spread over seeds; the dotted lines mark the four frictions that "
+           "the thesis tried and the places in which they came.",
+       .height = 380,
+       .layout = {{"xaxis", axis("Friction, the same for particles and walls")},
+                  {"yaxis", axis("RMS distance (mm)", {{"rangemode", "tozero"}})},
+                  {"shapes", shapes},
+                  {"annotations", notes},
+                  {"showlegend", false}},
+       .menu = "",
+       .choices = {choice}});
   return section;
 }
 

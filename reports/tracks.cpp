@@ -86,20 +86,22 @@ double mean_square_difference(const Course& course) {
 }
 
 TableView difference_table(const std::map<int, ParticleCourses>& courses) {
-  TableView table("How far the simulated mean is from the filmed mean, beside the interval it has to hit",
-                  {{"Particle", Align::left},
-                   {"RMS distance (mm)"},
-                   {"Half-width x (mm)"},
-                   {"Half-width z (mm)"},
-                   {"RMS angle (°)"},
-                   {"Half-width angle (°)"}});
+  TableView table(
+      "How far the simulated mean is from the filmed mean, beside the interval it has to hit",
+      {{"Particle", Align::left},
+       {"RMS distance (mm)"},
+       {"Half-width x (mm)"},
+       {"Half-width z (mm)"},
+       {"RMS angle (°)"},
+       {"Half-width angle (°)"}});
   for (const auto& [particle, course] : courses) {
-    table.add_row({std::to_string(particle),
-                   decimal(std::sqrt(mean_square_difference(course.x) + mean_square_difference(course.z)), 1),
-                   decimal(median_half_width(course.x), 1),
-                   decimal(median_half_width(course.z), 1),
-                   decimal(std::sqrt(mean_square_difference(course.angle)), 1),
-                   decimal(median_half_width(course.angle), 1)});
+    table.add_row(
+        {std::to_string(particle),
+         decimal(std::sqrt(mean_square_difference(course.x) + mean_square_difference(course.z)), 1),
+         decimal(median_half_width(course.x), 1),
+         decimal(median_half_width(course.z), 1),
+         decimal(std::sqrt(mean_square_difference(course.angle)), 1),
+         decimal(median_half_width(course.angle), 1)});
   }
   return table;
 }
@@ -128,11 +130,15 @@ void add_course(Json& traces, const Course& course, std::string_view y_axis, boo
            course.upper_student,
            "films: 95 % interval, Student",
            "var(--measured-pale)"),
-      band(course.time, course.lower_thesis, course.upper_thesis, "with 1.96", "var(--measured-band)"),
+      band(course.time,
+           course.lower_thesis,
+           course.upper_thesis,
+           "with 1.96",
+           "var(--measured-band)"),
       band(course.time,
            course.simulated_lower,
            course.simulated_upper,
-           "simulations: spread",
+           "simulations: one run, ± 1 s",
            "var(--simulated-band)"),
       line(course.time, course.measured, "films: mean", "var(--measured-strong)"),
       line(course.time, course.simulated, "simulations: mean", "var(--simulated)")};
@@ -166,8 +172,10 @@ Figure course_figure(const std::map<int, ParticleCourses>& courses) {
   for (const auto& [particle, course] : courses)
     choices.push_back(stacked(particle, course.x, course.z, course.angle));
   return {.id = "tracks-over-time",
-          .caption = "Position and angle of one particle against time; the dashed line should follow the solid one "
-                     "through every bend.",
+          .caption =
+              "Position and angle of one particle against time; the dashed line should follow the "
+              "solid one "
+              "through every bend.",
           .height = 720,
           .layout = stacked_layout("x (mm)", "z (mm)", "angle (°)"),
           .menu = "Particle",
@@ -177,14 +185,14 @@ Figure course_figure(const std::map<int, ParticleCourses>& courses) {
 Figure difference_figure(const std::map<int, ParticleCourses>& courses) {
   std::vector<FigureChoice> choices;
   for (const auto& [particle, course] : courses) {
-    choices.push_back(stacked(particle,
-                              from_measured(course.x),
-                              from_measured(course.z),
-                              from_measured(course.angle)));
+    choices.push_back(stacked(
+        particle, from_measured(course.x), from_measured(course.z), from_measured(course.angle)));
   }
   return {.id = "tracks-difference",
-          .caption = "The same as differences from the films' mean: where the dashed line leaves the shaded interval, "
-                     "simulation and films disagree by more than the replicates do.",
+          .caption =
+              "The same as differences from the films' mean: where the dashed line leaves the "
+              "shaded interval, "
+              "simulation and films disagree by more than the replicates do.",
           .height = 720,
           .layout = stacked_layout("Δx (mm)", "Δz (mm)", "Δangle (°)"),
           .menu = "Particle",
@@ -196,10 +204,12 @@ Json wall_trace(const Json& walls) {
   std::vector<double> x;
   std::vector<double> z;
   for (const Json& wall : walls) {
-    x.insert(x.end(),
-             {1000.0 * number(wall, {"from_x_m"}), 1000.0 * number(wall, {"to_x_m"}), std::nan("")});
-    z.insert(z.end(),
-             {1000.0 * number(wall, {"from_z_m"}), 1000.0 * number(wall, {"to_z_m"}), std::nan("")});
+    x.insert(
+        x.end(),
+        {1000.0 * number(wall, {"from_x_m"}), 1000.0 * number(wall, {"to_x_m"}), std::nan("")});
+    z.insert(
+        z.end(),
+        {1000.0 * number(wall, {"from_z_m"}), 1000.0 * number(wall, {"to_z_m"}), std::nan("")});
   }
   return line(x, z, "walls", "var(--ink)", 2.5);
 }
@@ -212,7 +222,8 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
   bool first = true;
   for (const auto& [particle, course] : courses) {
     if (course.x.time != course.z.time || course.x.time.empty()) continue;
-    Json measured = line(course.x.measured, course.z.measured, "films: mean", "var(--measured-strong)");
+    Json measured =
+        line(course.x.measured, course.z.measured, "films: mean", "var(--measured-strong)");
     Json simulated =
         line(course.x.simulated, course.z.simulated, "simulations: mean", "var(--simulated)");
     simulated["line"]["dash"] = "4px,2px";
@@ -243,17 +254,25 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
         line({-half_width, half_width}, {face, face}, "piston at the start", "var(--muted)", 2.5));
     choice.traces.back()["line"]["dash"] = "dot";
   }
-  return {.id = "tracks-in-the-rig",
-          .caption = fmt::format("Mean paths of all particles in the rig{}: filmed and simulated paths that part show "
-                                 "where the flow differs, whatever the timing.",
-                                 walls.empty() ? " (this run recorded no walls)" : ""),
-          .height = 620,
-          .layout = {{"xaxis", axis("x (mm)",
-                           {{"zeroline", false}, {"constrain", "domain"}, {"constraintoward", "left"}})},
-                     {"yaxis",
-                      axis("z (mm)", {{"scaleanchor", "x"}, {"scaleratio", 1}, {"zeroline", false}, {"constrain", "domain"}})}},
-          .menu = "",
-          .choices = {choice}};
+  return {
+      .id = "tracks-in-the-rig",
+      .caption = fmt::format(
+          "Mean paths of all particles in the rig{}: filmed and simulated paths that part show "
+          "where the flow differs, whatever the timing.",
+          walls.empty() ? " (this run recorded no walls)" : ""),
+      .height = 620,
+      .layout = {{"xaxis",
+                  axis(
+                      "x (mm)",
+                      {{"zeroline", false}, {"constrain", "domain"}, {"constraintoward", "left"}})},
+                 {"yaxis",
+                  axis("z (mm)",
+                       {{"scaleanchor", "x"},
+                        {"scaleratio", 1},
+                        {"zeroline", false},
+                        {"constrain", "domain"}})}},
+      .menu = "",
+      .choices = {choice}};
 }
 
 }  // namespace
@@ -268,8 +287,10 @@ Section tracks_section(const RunData& data) {
   }
   const std::map<int, ParticleCourses> courses = read_courses(*bands);
   section.add_paragraph(
-      "Half-widths are those of the films' 95 % interval (Student), the median over the frames. A particle with a small "
-      "distance and a wide interval scores well without much being known; one with a narrow interval is a hard test.");
+      "Half-widths are those of the films' 95 % interval (Student), the median over the frames. A "
+      "particle with a small "
+      "distance and a wide interval scores well without much being known; one with a narrow "
+      "interval is a hard test.");
   section.add_table(difference_table(courses));
   section.add_figure(course_figure(courses));
   section.add_figure(difference_figure(courses));

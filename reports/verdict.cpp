@@ -37,7 +37,8 @@ std::string confidence_text(const Json& parameter) {
 std::string parameter_detail(const Json& parameter) {
   const std::string status = text(parameter, {"status"});
   const std::string interval = interval_text(parameter, " to ");
-  if (status == "not_identified") return "not identified by this experiment; held at its bench value";
+  if (status == "not_identified")
+    return "not identified by this experiment; held at its bench value";
   if (status == "fixed") return "given, not tuned";
   if (status == "at_bound") return "at the edge of its search bounds";
   if (interval.empty()) return "no interval";
@@ -56,13 +57,14 @@ Json tiles(const RunData& data) {
   const double student = number(data.result, {"agreement", "percent_student_t"});
   const double thesis = number(data.result, {"agreement", "percent"});
   if (std::isfinite(student) || std::isfinite(thesis)) {
-    views.push_back({{"label", "Agreement"},
-                     {"value", percent(std::isfinite(student) ? student : thesis)},
-                     {"detail",
-                      std::isfinite(student)
-                          ? fmt::format("Student form; {} in the thesis form (1.96)", percent(thesis))
-                          : "thesis form (1.96)"},
-                     {"muted", false}});
+    views.push_back(
+        {{"label", "Agreement"},
+         {"value", percent(std::isfinite(student) ? student : thesis)},
+         {"detail",
+          std::isfinite(student)
+              ? fmt::format("Student form; {} in the thesis form (1.96)", percent(thesis))
+              : "thesis form (1.96)"},
+         {"muted", false}});
   }
   return views;
 }
@@ -84,16 +86,18 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
                            : fmt::format("{} interval {}", confidence_text(parameter), interval)));
     } else if (status == "at_bound") {
       others.push_back(
-          fmt::format("The {} ended at the edge of its search bounds, at {}: that is a limit of the search, not a "
+          fmt::format("The {} ended at the edge of its search bounds, at {}: that is a limit of "
+                      "the search, not a "
                       "measurement. Widen the bounds and run again.",
                       phrase,
                       value_text(parameter)));
     } else if (status == "not_identified") {
-      others.push_back(
-          fmt::format("The {} is not identified: the films hardly change with it, so it is held at its bench value {} "
-                      "and has no interval.",
-                      phrase,
-                      value_text(parameter)));
+      others.push_back(fmt::format(
+          "The {} is not identified: the agreement hardly changes with it, so it is held at "
+          "its bench value {} "
+          "and has no interval.",
+          phrase,
+          value_text(parameter)));
     } else if (status == "fixed") {
       others.push_back(fmt::format("The {} was held at {}.", phrase, value_text(parameter)));
     }
@@ -114,7 +118,8 @@ std::string agreement_sentence(const Json& agreement) {
                               ? fmt::format("The mean of {} simulations", count(seeds))
                               : std::string("The simulation");
   return fmt::format(
-      "{} lies inside the films' 95 % confidence interval for {} of all values (x, z and angle of every particle in "
+      "{} lies inside the films' 95 % confidence interval for {} of all values (x, z and angle of "
+      "every particle in "
       "every frame) when the interval is Student's, and for {} in the thesis's form with 1.96.",
       who,
       percent(student),
@@ -133,8 +138,10 @@ std::string yardstick_sentence(const Json& agreement) {
                                ? ordinal(static_cast<int>(replicates) + 1) + " real replicate"
                                : std::string("further real replicate");
   return fmt::format(
-      "How to read that: 100 % is not to be expected, because {} replicates fix their own mean only so well. A perfect "
-      "model averaged over M = {} runs would score {} ({} in the thesis form); a {} would score {} ({}).",
+      "How to read that: 100 % is not to be expected, because {} replicates fix their own mean "
+      "only so well. A perfect "
+      "model averaged over M = {} runs would score {} ({} in the thesis form); a {} would score {} "
+      "({}).",
       std::isfinite(replicates) ? count(replicates) : "few",
       count(seeds),
       percent(ceiling),
@@ -144,8 +151,8 @@ std::string yardstick_sentence(const Json& agreement) {
       percent(thesis_left_out));
 }
 
-// Where the score stands between the two yardsticks. Two points are about fifteen of 750 values, less than
-// neighbouring frames move together.
+// Where the score stands between the two yardsticks. Two points are about fifteen of 750 values,
+// less than neighbouring frames move together.
 std::string standing_sentence(const Json& agreement) {
   constexpr double close_percent = 2.0;
   const double score = number(agreement, {"percent_student_t"});
@@ -154,21 +161,26 @@ std::string standing_sentence(const Json& agreement) {
   if (!std::isfinite(score) || !std::isfinite(ceiling)) return "";
   if (score > ceiling + close_percent) {
     return fmt::format(
-        "The score stands {} points above that ceiling. A perfect model would not: either the search has fitted the "
-        "mean of these very replicates, or values that move together happened to fall inside together.",
+        "The score stands {} points above that ceiling. A perfect model would not: either the "
+        "search has fitted the "
+        "mean of these very replicates, or values that move together happened to fall inside "
+        "together.",
         decimal(score - ceiling, 1));
   }
   if (score > ceiling - close_percent)
-    return "The score stands at its ceiling: this measure can tell no difference between simulation and films.";
+    return "The score stands at its ceiling: this measure can tell no difference between "
+           "simulation and films.";
   if (!std::isfinite(left_out) || score >= left_out) {
     return fmt::format(
-        "The score stands {} points below its ceiling{}: the films can still tell the simulation from themselves. The "
+        "The score stands {} points below its ceiling{}: the films can still tell the simulation "
+        "from themselves. The "
         "ranks and tracks below show where.",
         decimal(ceiling - score, 1),
         std::isfinite(left_out) ? " and above a further replicate" : "");
   }
   return fmt::format(
-      "The score stands {} points below what one more replicate would reach: simulation and films differ by more than "
+      "The score stands {} points below what one more replicate would reach: simulation and films "
+      "differ by more than "
       "the films differ among themselves.",
       decimal(left_out - score, 1));
 }
@@ -178,7 +190,8 @@ std::string single_run_sentence(const Json& agreement) {
   const double thesis = number(agreement, {"single_run_median_percent"});
   if (!std::isfinite(student) && !std::isfinite(thesis)) return "";
   return fmt::format(
-      "One simulated run alone scores {} in the median ({} in the thesis form); that, not the mean, is what to hold "
+      "One simulated run alone scores {} in the median ({} in the thesis form); that, not the "
+      "mean, is what to hold "
       "beside one more replicate.",
       percent(student),
       percent(thesis));
@@ -203,12 +216,13 @@ Json verdict_view(const RunData& data) {
     if (!sentence.empty()) sentences.push_back(std::move(sentence));
   if (!agreement.is_object())
     sentences.emplace_back("No agreement with tracks was computed in this run.");
-  sentences.emplace_back(
-      data.is_calibration()
-          ? "The same films served to find these values and to score them. Nothing was held out, so this is a "
-            "calibration and not a validation."
-          : "The parameters were given; nothing was tuned in this run. Whether the films had a part in finding them, "
-            "this page cannot know.");
+  sentences.emplace_back(data.is_calibration()
+                             ? "The same films served to find these values and to score them. "
+                               "Nothing was held out, so this is a "
+                               "calibration and not a validation."
+                             : "The parameters were given; nothing was tuned in this run. Whether "
+                               "the films had a part in finding them, "
+                               "this page cannot know.");
   return {{"absence", ""},
           {"tiles", tiles(data)},
           {"sentences", sentences},

@@ -89,24 +89,29 @@ std::string parameter_phrase(std::string_view key) {
 
 std::string ordinal(int number) {
   static constexpr std::array<std::string_view, 13> words = {"",
-                                                              "first",
-                                                              "second",
-                                                              "third",
-                                                              "fourth",
-                                                              "fifth",
-                                                              "sixth",
-                                                              "seventh",
-                                                              "eighth",
-                                                              "ninth",
-                                                              "tenth",
-                                                              "eleventh",
-                                                              "twelfth"};
+                                                             "first",
+                                                             "second",
+                                                             "third",
+                                                             "fourth",
+                                                             "fifth",
+                                                             "sixth",
+                                                             "seventh",
+                                                             "eighth",
+                                                             "ninth",
+                                                             "tenth",
+                                                             "eleventh",
+                                                             "twelfth"};
   if (number >= 1 && number < static_cast<int>(words.size()))
     return std::string(words.at(static_cast<std::size_t>(number)));
   const int last = number % 10;
   const bool teen = number % 100 >= 11 && number % 100 <= 13;
-  return fmt::format(
-      "{}{}", number, teen ? "th" : last == 1 ? "st" : last == 2 ? "nd" : last == 3 ? "rd" : "th");
+  return fmt::format("{}{}",
+                     number,
+                     teen        ? "th"
+                     : last == 1 ? "st"
+                     : last == 2 ? "nd"
+                     : last == 3 ? "rd"
+                                 : "th");
 }
 
 std::string joined(const std::vector<std::string>& parts) {

@@ -22,7 +22,8 @@ std::string seconds(double value);  // "0.8 s", "4 min 10 s", "2 h 5 min"
 // Decimals that show two digits of an interval's half-width; 3 where there is no interval.
 int decimals_of_interval(double lower, double upper);
 
-// "friction_particle_particle" -> "Friction, particle to particle"; other names lose their underscores.
+// "friction_particle_particle" -> "Friction, particle to particle"; other names lose their
+// underscores.
 std::string parameter_name(std::string_view key);
 // The same inside a sentence: "friction between particles".
 std::string parameter_phrase(std::string_view key);

@@ -27,10 +27,13 @@ Bodies<D> make_bodies(const Scene& scene) {
   for (const Body& body : scene.bodies) {
     const Clump& type = scene.types[body.type];
     bodies.mass.push_back(type.mass);
+    bodies.inverse_mass.push_back(1.0 / type.mass);
     if constexpr (D == 2) {
       bodies.inertia.push_back(type.inertia.y());
+      bodies.inverse_inertia.push_back(1.0 / type.inertia.y());
     } else {
       bodies.inertia.push_back(type.inertia);
+      bodies.inverse_inertia.push_back(type.inertia.cwiseInverse());
     }
     bodies.bounding_radius.push_back(type.bounding_radius);
     bodies.material.push_back(type.material);
@@ -53,23 +56,6 @@ Bodies<D> make_bodies(const Scene& scene) {
   bodies.sphere_position.assign(bodies.sphere_radius.size(), Vec<D>::Zero());
   for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
   return bodies;
-}
-
-void place_spheres(Bodies<2>& bodies, int i) {
-  const Vec2 centre = bodies.position[i];
-  const Vec2 axis = bodies.turns.direction[i];
-  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
-    const Vec2& in_body = bodies.sphere_in_body[s];
-    bodies.sphere_position[s] = {centre.x() + axis.x() * in_body.x() - axis.y() * in_body.y(),
-                                 centre.y() + axis.y() * in_body.x() + axis.x() * in_body.y()};
-  }
-}
-
-void place_spheres(Bodies<3>& bodies, int i) {
-  const Mat3 world_from_body = bodies.turns.world_from_body[i].toRotationMatrix();
-  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
-    bodies.sphere_position[s] = bodies.position[i] + world_from_body * bodies.sphere_in_body[s];
-  }
 }
 
 template <int D>

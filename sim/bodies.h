@@ -1,4 +1,5 @@
-// The bodies of a running simulation: one array per quantity, planar or spatial. Velocities live at half steps (leapfrog).
+// The bodies of a running simulation: one array per quantity, planar or spatial. Velocities live at
+// half steps (leapfrog).
 #pragma once
 
 #include <vector>
@@ -40,7 +41,9 @@ struct Bodies {
   // Constant
   double layer = 0.0;  // m; y of a planar scene
   std::vector<double> mass;
+  std::vector<double> inverse_mass;
   std::vector<Spin> inertia;  // kg m2; planar: about y, spatial: principal
+  std::vector<Spin> inverse_inertia;
   std::vector<double> bounding_radius;
   std::vector<int> material;
   std::vector<int> first_sphere;  // of body i; one more entry than bodies
@@ -70,9 +73,25 @@ struct Bodies {
 template <int D>
 Bodies<D> make_bodies(const Scene& scene);
 
-// The element spheres of body i where they are now.
-void place_spheres(Bodies<2>& bodies, int i);
-void place_spheres(Bodies<3>& bodies, int i);
+// The element spheres of body i where they are now (thesis 2.20).
+inline void place_spheres(Bodies<2>& bodies, int i) {
+  const Vec2 centre = bodies.position[i];
+  const Vec2 along = bodies.turns.direction[i];
+  const Vec2 across(-along.y(), along.x());
+  const Vec2* in_body = bodies.sphere_in_body.data();
+  Vec2* placed = bodies.sphere_position.data();
+  const int end = bodies.first_sphere[i + 1];
+  for (int s = bodies.first_sphere[i]; s < end; ++s) {
+    placed[s] = centre + in_body[s].x() * along + in_body[s].y() * across;
+  }
+}
+
+inline void place_spheres(Bodies<3>& bodies, int i) {
+  const Mat3 world_from_body = bodies.turns.world_from_body[i].toRotationMatrix();
+  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+    bodies.sphere_position[s] = bodies.position[i] + world_from_body * bodies.sphere_in_body[s];
+  }
+}
 
 template <int D>
 void write_state(const Bodies<D>& bodies, State& state);

@@ -1,5 +1,6 @@
 #include "sim/clump.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,15 +8,15 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 namespace graintruth::sim {
 namespace {
 
-// Below this share of the trace a product of inertia is round-off, and the axes of the input are kept.
+// Below this share of the trace a product of inertia is round-off, and the axes of the input are
+// kept.
 constexpr double kPrincipalTolerance = 1e-12;
 
-// Principal axes ordered and signed so that each lies as close as possible to the input axis of the same name.
+// Principal axes ordered and signed so that each lies as close as possible to the input axis of the
+// same name.
 Mat3 principal_axes(const Mat3& inertia) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
   const Mat3 vectors = solver.eigenvectors();
@@ -53,8 +54,8 @@ Clump make_clump(std::vector<ElementSphere> spheres, const MassChoice& choice, i
 
   // 2. Principal axes; the input's own when they are principal
   Mat3 axes = Mat3::Identity();
-  const double products = std::abs(shape.inertia(0, 1)) + std::abs(shape.inertia(0, 2)) +
-                          std::abs(shape.inertia(1, 2));
+  const double products =
+      std::abs(shape.inertia(0, 1)) + std::abs(shape.inertia(0, 2)) + std::abs(shape.inertia(1, 2));
   if (products > kPrincipalTolerance * shape.inertia.trace()) axes = principal_axes(shape.inertia);
 
   // 3. Spheres in the body frame

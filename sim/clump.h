@@ -1,4 +1,5 @@
-// A clump: overlapping element spheres that move as one rigid body, with the mass properties of their union.
+// A clump: overlapping element spheres that move as one rigid body, with the mass properties of
+// their union.
 #pragma once
 
 #include <optional>
@@ -21,20 +22,22 @@ struct MassProperties {
   Mat3 inertia = Mat3::Zero();  // m5; about the centre, I_xy = -int x y dV
 };
 
-// Exact for spheres on one line (piecewise polynomials of the union's profile); for any other arrangement slices
-// with exact boundaries, Gauss-Legendre between all changes of topology, right to 1e-9 or better.
+// Exact for spheres on one line (piecewise polynomials of the union's profile); for any other
+// arrangement slices with exact boundaries, Gauss-Legendre between all changes of topology, right
+// to 1e-9 or better.
 MassProperties mass_properties_of_union(std::span<const ElementSphere> spheres);
 
-// Replaces what the union and a density would give. A uniform density is scaled to `mass`; `inertia` is about the
-// principal axes of the clump's frame, kg m2.
+// Replaces what the union and a density would give. A uniform density is scaled to `mass`;
+// `inertia` is about the principal axes of the clump's frame, kg m2.
 struct MassChoice {
   std::optional<double> density = std::nullopt;  // kg/m3
   std::optional<double> mass = std::nullopt;     // kg; wins over density
   std::optional<Vec3> inertia = std::nullopt;    // kg m2; wins over what follows from the mass
 };
 
-// The body frame has its origin in the centre of mass and its axes along the principal axes of inertia. The axes of
-// the input are kept when they are principal, as for chains along x and shapes with two planes of symmetry.
+// The body frame has its origin in the centre of mass and its axes along the principal axes of
+// inertia. The axes of the input are kept when they are principal, as for chains along x and shapes
+// with two planes of symmetry.
 struct Clump {
   std::vector<ElementSphere> spheres;   // in the body frame
   double mass = 0.0;                    // kg
@@ -47,8 +50,8 @@ struct Clump {
   Quat input_from_body = Quat::Identity();
 };
 
-// Throws std::invalid_argument when there is no sphere, a radius is not above zero, or neither mass nor density
-// is given.
+// Throws std::invalid_argument when there is no sphere, a radius is not above zero, or neither mass
+// nor density is given.
 Clump make_clump(std::vector<ElementSphere> spheres, const MassChoice& choice, int material = 0);
 
 // `count` equal spheres along the body x axis, `spacing` apart.

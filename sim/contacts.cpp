@@ -92,7 +92,8 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
       for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
         const double rs = bodies.sphere_radius[s], rt = bodies.sphere_radius[t];
         const double far = rs + rt + margin;
-        if ((bodies.sphere_position[t] - bodies.sphere_position[s]).squaredNorm() >= far * far) continue;
+        if ((bodies.sphere_position[t] - bodies.sphere_position[s]).squaredNorm() >= far * far)
+          continue;
         // 1/R* = 1/R1 + 1/R2 (thesis 1.4)
         new_between_.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
       }

@@ -1,8 +1,7 @@
-// Candidate contacts: pairs of element spheres, and spheres with walls, near enough to touch before the next search.
-// Grouped by pair of bodies; each carries its tangential spring from step to step.
+// Candidate contacts: pairs of element spheres, and spheres with walls, near enough to touch before
+// the next search. Grouped by pair of bodies; each carries its tangential spring from step to step.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "sim/bodies.h"
@@ -11,7 +10,8 @@
 
 namespace graintruth::sim {
 
-// All candidates between the same two bodies, or between a body and a wall: [begin, end) in the candidate arrays.
+// All candidates between the same two bodies, or between a body and a wall: [begin, end) in the
+// candidate arrays.
 struct ContactGroup {
   int first;   // body
   int second;  // body, or wall
@@ -24,11 +24,11 @@ template <int D>
 struct ContactList {
   std::vector<ContactGroup> groups;
   std::vector<int> first_sphere;
-  std::vector<int> second_sphere;         // 0 with walls
-  std::vector<double> reach;              // m; sum of the radii
-  std::vector<double> stiffness_factor;   // N/m^1.5; 2 E* sqrt(R*)
+  std::vector<int> second_sphere;        // 0 with walls
+  std::vector<double> reach;             // m; sum of the radii
+  std::vector<double> stiffness_factor;  // N/m^1.5; 2 E* sqrt(R*)
   std::vector<typename Motion<D>::Tangent> spring;
-  std::vector<std::uint8_t> is_touching;
+  std::vector<int> is_touching;  // 0 or 1; not bytes, whose stores could alias everything
 
   void clear();
   void add(int first, int second, double sum_of_radii, double factor);
@@ -38,8 +38,8 @@ struct ContactList {
 // Of every pair of materials, by index first * materials + second.
 using PairTable = std::vector<PairMaterial>;
 
-// Fills both lists with everything closer than `margin` (m); springs of contacts in the old lists are kept. The old lists
-// are overwritten with the new ones.
+// Fills both lists with everything closer than `margin` (m); springs of contacts in the old lists
+// are kept. The old lists are overwritten with the new ones.
 template <int D>
 class ContactSearch {
  public:
@@ -52,7 +52,10 @@ class ContactSearch {
             ContactList<D>& with_walls);
 
  private:
-  void find_pairs(const Bodies<D>& bodies, const PairTable& pairs, int material_count, double margin);
+  void find_pairs(const Bodies<D>& bodies,
+                  const PairTable& pairs,
+                  int material_count,
+                  double margin);
   void find_walls(const Bodies<D>& bodies,
                   const std::vector<Wall>& walls,
                   const PairTable& pairs,

@@ -51,7 +51,8 @@ struct ContactRecorder {
     report.with_wall = event.with_wall;
     report.first_sphere = list.first_sphere[event.candidate] - bodies.first_sphere[report.first];
     if (!event.with_wall) {
-      report.second_sphere = list.second_sphere[event.candidate] - bodies.first_sphere[report.second];
+      report.second_sphere =
+          list.second_sphere[event.candidate] - bodies.first_sphere[report.second];
     }
     report.overlap = event.touch->overlap;
     report.normal = to_space(event.touch->normal);
@@ -123,7 +124,8 @@ void Engine<D>::use_pairs(const Scene& scene, const SimulationOptions& options) 
   }
 }
 
-// Accelerations at the start, so that the first half-step velocities are v(-1/2) = v0 - a0 dt/2 (thesis 2.16).
+// Accelerations at the start, so that the first half-step velocities are v(-1/2) = v0 - a0 dt/2
+// (thesis 2.16).
 template <int D>
 void Engine<D>::start() {
   StepOnly visit;
@@ -145,7 +147,8 @@ template <bool Clipped, class Visitor>
 int Engine<D>::add_forces_of_law(Visitor& visit) {
   const ForceSetting<D> setting{
       &pairs_, options_.damping_sharing, slip_time_, options_.largest_overlap};
-  return add_pair_forces<D, Clipped>(setting, between_, bodies_, touches_, overlap_trouble_, visit) +
+  return add_pair_forces<D, Clipped>(
+             setting, between_, bodies_, touches_, overlap_trouble_, visit) +
          add_wall_forces<D, Clipped>(setting,
                                      walls_,
                                      wall_surfaces_,
@@ -262,9 +265,9 @@ double Engine<D>::largest_displacement() const {
           bodies_.turns.world_from_body[i].dot(searched_turns_.world_from_body[i]);
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
-    largest = std::max(largest,
-                       (bodies_.position[i] - searched_position_[i]).norm() +
-                           chord * bodies_.bounding_radius[i]);
+    largest = std::max(
+        largest,
+        (bodies_.position[i] - searched_position_[i]).norm() + chord * bodies_.bounding_radius[i]);
   }
   return largest;
 }
@@ -390,9 +393,10 @@ std::uint64_t Engine<D>::state_hash() const {
 template <int D>
 std::string Engine<D>::describe_overlap() const {
   const OverlapTrouble& worst = overlap_trouble_;
-  return "body " + std::to_string(worst.first) + " overlaps " + (worst.with_wall ? "wall " : "body ") +
-         std::to_string(worst.second) + " by " + number(1e3 * worst.overlap) + " mm at " +
-         number(time_) + " s, more than " + number(options_.largest_overlap) + " of a radius";
+  return "body " + std::to_string(worst.first) + " overlaps " +
+         (worst.with_wall ? "wall " : "body ") + std::to_string(worst.second) + " by " +
+         number(1e3 * worst.overlap) + " mm at " + number(time_) + " s, more than " +
+         number(options_.largest_overlap) + " of a radius";
 }
 
 template class Engine<2>;

@@ -1,4 +1,5 @@
-// Engine: the order of one step, for planar or spatial motion. Simulation chooses which at run time.
+// Engine: the order of one step, for planar or spatial motion. Simulation chooses which at run
+// time.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,8 @@ class Engine {
  public:
   Engine(const Scene& scene, const SimulationOptions& options);
 
-  // One step of the current time step to `time` (s). False when it cannot be trusted; `trouble()` says why.
+  // One step of the current time step to `time` (s). False when it cannot be trusted; `trouble()`
+  // says why.
   bool step(double time);
   const std::string& trouble() const { return trouble_; }
 
@@ -81,9 +83,10 @@ class Engine {
   std::string trouble_;
   std::int64_t contact_steps_ = 0;
   std::int64_t searches_ = 0;
-  double damping_loss_ = 0.0;     // J
-  double tangential_work_ = 0.0;  // J; taken out of the motion by tangential forces, stored part included
-  double wall_work_ = 0.0;        // J
+  double damping_loss_ = 0.0;  // J
+  double tangential_work_ =
+      0.0;                  // J; taken out of the motion by tangential forces, stored part included
+  double wall_work_ = 0.0;  // J
 };
 
 }  // namespace graintruth::sim

@@ -36,8 +36,8 @@ template <int D>
 struct ForceSetting {
   const PairTable* pairs;
   DampingSharing sharing;
-  double slip_time;          // s; how long the half-step velocities have moved the bodies
-  double largest_overlap;    // share of the smaller radius above which the run is no longer trusted
+  double slip_time;        // s; how long the half-step velocities have moved the bodies
+  double largest_overlap;  // share of the smaller radius above which the run is no longer trusted
 };
 
 // The body and the partner of the worst overlap, when one was too large.
@@ -120,8 +120,8 @@ inline void apply_group(const ContactGroup& group,
                                                  touch.stiffness,
                                                  touch_count);
     Tangent spring = list.is_touching[c] ? list.spring[c] : Motion<D>::no_tangent();
-    const ContactForce<D> force = contact_force<D, Clipped>(
-        pair, motion, n, touch.overlap, touch.stiffness, dashpot, spring);
+    const ContactForce<D> force =
+        contact_force<D, Clipped>(pair, motion, n, touch.overlap, touch.stiffness, dashpot, spring);
 
     // 3. Action and reaction
     visit(ContactEvent<D>{&group, c, WithWall, &touch, &pair, &motion, &force, spring});
@@ -146,30 +146,33 @@ inline void apply_group(const ContactGroup& group,
   }
 }
 
-inline void note_overlap(double overlap, const ContactGroup& group, bool wall, OverlapTrouble& trouble) {
+inline void note_overlap(double overlap,
+                         const ContactGroup& group,
+                         bool wall,
+                         OverlapTrouble& trouble) {
   if (trouble.found && !(overlap > trouble.overlap)) return;
   trouble = {true, group.first, group.second, wall, overlap};
 }
 
 }  // namespace detail
 
-// Adds the force of every touching pair of bodies to both; returns how many contacts there are. Linear in candidates;
-// allocates nothing.
+// Adds the force of every touching pair of bodies to both; returns how many contacts there are.
+// Linear in candidates; allocates nothing.
 template <int D, bool Clipped, class Visitor>
 int add_pair_forces(const ForceSetting<D>& setting,
-                     ContactList<D>& list,
-                     Bodies<D>& bodies,
-                     std::vector<Touch<D>>& touches,
-                     OverlapTrouble& trouble,
-                     Visitor& visit) {
+                    ContactList<D>& list,
+                    Bodies<D>& bodies,
+                    std::vector<Touch<D>>& touches,
+                    OverlapTrouble& trouble,
+                    Visitor& visit) {
   int contact_count = 0;
   for (const ContactGroup& group : list.groups) {
     // 1. Which candidates touch: overlap = R1 + R2 - distance (thesis 1.30-1.33)
     int touch_count = 0;
     double sum_of_stiffness = 0.0;
     for (int c = group.begin; c < group.end; ++c) {
-      const Vec<D> apart =
-          bodies.sphere_position[list.second_sphere[c]] - bodies.sphere_position[list.first_sphere[c]];
+      const Vec<D> apart = bodies.sphere_position[list.second_sphere[c]] -
+                           bodies.sphere_position[list.first_sphere[c]];
       const double squared = apart.squaredNorm();
       const double reach = list.reach[c];
       if (squared >= reach * reach) {
@@ -178,7 +181,8 @@ int add_pair_forces(const ForceSetting<D>& setting,
       }
       const double distance = std::sqrt(squared);
       const double overlap = reach - distance;
-      // R* <= smaller radius <= 2 R*, and reach >= 2 smaller radius: a cheap bound on overlap / radius
+      // R* <= smaller radius <= 2 R*, and reach >= 2 smaller radius: a cheap bound on overlap /
+      // radius
       if (overlap > 0.5 * setting.largest_overlap * reach) {
         const double smaller = std::min(bodies.sphere_radius[list.first_sphere[c]],
                                         bodies.sphere_radius[list.second_sphere[c]]);
@@ -202,13 +206,13 @@ int add_pair_forces(const ForceSetting<D>& setting,
 // The same for every sphere that touches a wall. `walls` are where they are now.
 template <int D, bool Clipped, class Visitor>
 int add_wall_forces(const ForceSetting<D>& setting,
-                     const std::vector<Wall>& walls,
-                     std::vector<WallSurface<D>>& surfaces,
-                     ContactList<D>& list,
-                     Bodies<D>& bodies,
-                     std::vector<Touch<D>>& touches,
-                     OverlapTrouble& trouble,
-                     Visitor& visit) {
+                    const std::vector<Wall>& walls,
+                    std::vector<WallSurface<D>>& surfaces,
+                    ContactList<D>& list,
+                    Bodies<D>& bodies,
+                    std::vector<Touch<D>>& touches,
+                    OverlapTrouble& trouble,
+                    Visitor& visit) {
   int contact_count = 0;
   for (const ContactGroup& group : list.groups) {
     int touch_count = 0;

@@ -5,13 +5,14 @@
 
 namespace graintruth::sim {
 
-// What one step does with velocities. Global damping f (1/s), centred (thesis 1.82-1.83 with gravity put back):
+// What one step does with velocities. Global damping f (1/s), centred (thesis 1.82-1.83 with
+// gravity put back):
 //   v(N+1/2) = [v(N-1/2) (1 - f dt/2) + a dt] / (1 + f dt/2)
 struct StepFactors {
   double time_step = 0.0;
-  double half = 0.0;   // s; dt/2
-  double keep = 1.0;   // -; (1 - f dt/2)/(1 + f dt/2)
-  double gain = 0.0;   // s; dt/(1 + f dt/2)
+  double half = 0.0;  // s; dt/2
+  double keep = 1.0;  // -; (1 - f dt/2)/(1 + f dt/2)
+  double gain = 0.0;  // s; dt/(1 + f dt/2)
 };
 
 inline StepFactors step_factors(double time_step, double global_damping) {
@@ -32,7 +33,7 @@ inline NextVelocity<D> next_velocity(const Bodies<D>& bodies,
                                      int i,
                                      const Vec<D>& gravity,
                                      const StepFactors& step) {
-  const Vec<D> acceleration = bodies.force[i] / bodies.mass[i] + gravity;
+  const Vec<D> acceleration = bodies.force[i] * bodies.inverse_mass[i] + gravity;
   return {acceleration, bodies.velocity[i] * step.keep + acceleration * step.gain};
 }
 
@@ -59,27 +60,28 @@ struct NextSpatialSpin {
 
 //   I dw/dt = M, about y
 inline NextPlanarSpin next_spin(const Bodies<2>& bodies, int i, const StepFactors& step) {
-  const double acceleration = bodies.torque[i] / bodies.inertia[i];
+  const double acceleration = bodies.torque[i] * bodies.inverse_inertia[i];
   return {acceleration, bodies.spin[i] * step.keep + acceleration * step.gain};
 }
 
-// Euler's equations in body axes, I dw/dt = M - w x (I w) (thesis 2.15 with w w in place of the accelerations).
-// The gyroscopic term takes w in the middle, [w(N-1/2) + w(N+1/2)]/2, by fixed-point iteration: without a moment
-// both the energy and |L| are then kept to round-off.
+// Euler's equations in body axes, I dw/dt = M - w x (I w) (thesis 2.15 with w w in place of the
+// accelerations). The gyroscopic term takes w in the middle, [w(N-1/2) + w(N+1/2)]/2, by
+// fixed-point iteration: without a moment both the energy and |L| are then kept to round-off.
 inline NextSpatialSpin next_spin(const Bodies<3>& bodies, int i, const StepFactors& step) {
   constexpr int kIterations = 4;  // each gains a factor w dt, about 1e-2 or less
   const Vec3& inertia = bodies.inertia[i];
+  const Vec3& inverse = bodies.inverse_inertia[i];
   const Vec3& before = bodies.turns.spin_in_body[i];
   const Vec3 torque = bodies.turns.world_from_body[i].conjugate() * bodies.torque[i];
   const bool is_round = inertia.x() == inertia.y() && inertia.y() == inertia.z();
   Vec3 acceleration = bodies.turns.acceleration_in_body[i];
   if (is_round) {
-    acceleration = torque.cwiseQuotient(inertia);
+    acceleration = torque.cwiseProduct(inverse);
   } else {
     for (int k = 0; k < kIterations; ++k) {
       const Vec3 middle = before + step.half * acceleration;
       const Vec3 momentum = inertia.cwiseProduct(middle);
-      acceleration = (torque - middle.cross(momentum)).cwiseQuotient(inertia);
+      acceleration = (torque - middle.cross(momentum)).cwiseProduct(inverse);
     }
   }
   return {acceleration, before * step.keep + acceleration * step.gain};

@@ -27,17 +27,19 @@ std::optional<Vec3> common_axis(std::span<const ElementSphere> spheres) {
   const Vec3 axis = longest.normalized();
   for (const ElementSphere& sphere : spheres) {
     const Vec3 apart = sphere.centre - origin;
-    if ((apart - apart.dot(axis) * axis).norm() > 1e-13 * (scale + longest.norm())) return std::nullopt;
+    if ((apart - apart.dot(axis) * axis).norm() > 1e-13 * (scale + longest.norm()))
+      return std::nullopt;
   }
   return axis;
 }
 
-// Integrals of one piece of the profile, Y2(x) = r^2 - (x - c)^2 for a <= x <= b, as polynomials in u = x - c.
+// Integrals of one piece of the profile, Y2(x) = r^2 - (x - c)^2 for a <= x <= b, as polynomials in
+// u = x - c.
 struct ProfileIntegrals {
-  double area = 0.0;        // int Y2 dx
-  double first = 0.0;       // int x Y2 dx
-  double second = 0.0;      // int x^2 Y2 dx
-  double squared = 0.0;     // int Y2^2 dx
+  double area = 0.0;     // int Y2 dx
+  double first = 0.0;    // int x Y2 dx
+  double second = 0.0;   // int x^2 Y2 dx
+  double squared = 0.0;  // int Y2^2 dx
 };
 
 void add_piece(double radius, double centre, double a, double b, ProfileIntegrals& sum) {
@@ -60,9 +62,10 @@ void add_piece(double radius, double centre, double a, double b, ProfileIntegral
   sum.squared += r2 * r2 * moment(0) - 2.0 * r2 * moment(2) + moment(4);
 }
 
-// Spheres on one axis. Union profile Y2(x) = max_s (r_s^2 - (x - c_s)^2, 0), with breaks where two spheres meet,
-// x = (r_i^2 - r_j^2 + c_j^2 - c_i^2) / (2 (c_j - c_i)), and
-//   V = pi int Y2 dx,  I_axial = pi/2 int Y2^2 dx,  I_transverse = pi int [Y2 (x - x_mean)^2 + Y2^2/4] dx.
+// Spheres on one axis. Union profile Y2(x) = max_s (r_s^2 - (x - c_s)^2, 0), with breaks where two
+// spheres meet, x = (r_i^2 - r_j^2 + c_j^2 - c_i^2) / (2 (c_j - c_i)), and
+//   V = pi int Y2 dx,  I_axial = pi/2 int Y2^2 dx,  I_transverse = pi int [Y2 (x - x_mean)^2 +
+//   Y2^2/4] dx.
 MassProperties on_one_axis(std::span<const ElementSphere> spheres, const Vec3& axis) {
   const Vec3 origin = spheres.front().centre;
   std::vector<double> centre, breaks;
@@ -105,7 +108,8 @@ MassProperties on_one_axis(std::span<const ElementSphere> spheres, const Vec3& a
   return result;
 }
 
-// Nodes and weights of Gauss-Legendre quadrature on [0, 1], by Newton's method on the Legendre polynomial.
+// Nodes and weights of Gauss-Legendre quadrature on [0, 1], by Newton's method on the Legendre
+// polynomial.
 struct Quadrature {
   std::vector<double> node, weight;
 };
@@ -140,7 +144,8 @@ struct Disc {
 // int 1, x, y, x^2, y^2, xy over a plane region
 using AreaMoments = std::array<double, 6>;
 
-// Moments of a union of discs by Green's theorem along the uncovered arcs, e.g. int x^2 dA = 1/3 oint x^3 dy.
+// Moments of a union of discs by Green's theorem along the uncovered arcs, e.g. int x^2 dA = 1/3
+// oint x^3 dy.
 AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& rule) {
   AreaMoments moments{};
   std::vector<double> ends;
@@ -154,9 +159,9 @@ AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& r
           distance <= std::abs(disc.radius - discs[j].radius)) {
         continue;
       }
-      const double cosine = (distance * distance + disc.radius * disc.radius -
-                             discs[j].radius * discs[j].radius) /
-                            (2.0 * distance * disc.radius);
+      const double cosine =
+          (distance * distance + disc.radius * disc.radius - discs[j].radius * discs[j].radius) /
+          (2.0 * distance * disc.radius);
       const double half = std::acos(std::clamp(cosine, -1.0, 1.0));
       const double direction = std::atan2(dy, dx);
       for (const double angle : {direction - half, direction + half}) {
@@ -173,11 +178,13 @@ AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& r
         if (j == i) continue;
         const double gap = std::hypot(px - discs[j].x, py - discs[j].y) - discs[j].radius;
         // Of two equal discs the first one has the boundary
-        const bool same = discs[j].x == disc.x && discs[j].y == disc.y && discs[j].radius == disc.radius;
+        const bool same =
+            discs[j].x == disc.x && discs[j].y == disc.y && discs[j].radius == disc.radius;
         covered = same ? j < i : gap < 0.0;
       }
       if (covered) continue;
-      // The integrands are trigonometric polynomials of degree four: the rule is exact on a quarter turn
+      // The integrands are trigonometric polynomials of degree four: the rule is exact on a quarter
+      // turn
       const int parts = 1 + static_cast<int>((ends[k + 1] - ends[k]) / (0.5 * kPi));
       const double width = (ends[k + 1] - ends[k]) / parts;
       for (int part = 0; part < parts; ++part) {
@@ -200,8 +207,9 @@ AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& r
   return moments;
 }
 
-// Heights at which the shape of a horizontal slice changes its topology: poles of the spheres, highest and lowest
-// points of the circles in which two spheres meet, and points in which three meet.
+// Heights at which the shape of a horizontal slice changes its topology: poles of the spheres,
+// highest and lowest points of the circles in which two spheres meet, and points in which three
+// meet.
 std::vector<double> topology_changes(std::span<const ElementSphere> spheres) {
   std::vector<double> heights;
   for (std::size_t i = 0; i < spheres.size(); ++i) {
@@ -242,8 +250,9 @@ std::vector<double> topology_changes(std::span<const ElementSphere> spheres) {
   return heights;
 }
 
-// Any arrangement: horizontal slices. The moments of a slice have square-root ends at the topology changes; the
-// substitution z = a + (b - a) (1 - cos(pi t))/2 makes them smooth, so that 40 nodes are enough for 1e-11.
+// Any arrangement: horizontal slices. The moments of a slice have square-root ends at the topology
+// changes; the substitution z = a + (b - a) (1 - cos(pi t))/2 makes them smooth, so that 40 nodes
+// are enough for 1e-11.
 MassProperties by_slices(std::span<const ElementSphere> spheres) {
   constexpr int kHeightNodes = 40, kArcNodes = 16;
   const Quadrature over_height = gauss_legendre(kHeightNodes);
@@ -265,7 +274,8 @@ MassProperties by_slices(std::span<const ElementSphere> spheres) {
       for (const ElementSphere& sphere : spheres) {
         const double up = z - sphere.centre.z();
         const double squared = sphere.radius * sphere.radius - up * up;
-        if (squared > 0.0) discs.push_back({sphere.centre.x(), sphere.centre.y(), std::sqrt(squared)});
+        if (squared > 0.0)
+          discs.push_back({sphere.centre.x(), sphere.centre.y(), std::sqrt(squared)});
       }
       if (discs.empty()) continue;
       const AreaMoments m = moments_of_discs(discs, along_arc);

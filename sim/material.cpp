@@ -58,7 +58,8 @@ PairMaterial mix(const Material& first,
   pair.tangential_ratio = 4.0 * normal / shear;
   pair.friction = surfaces.friction;
   pair.damping_ratio = damping_ratio_for(surfaces.restitution, tension);
-  // c_n = 2 sqrt(5/6) beta sqrt(k_n m*) with the tangent stiffness k_n (thesis 1.22, Tsuji et al. 1992)
+  // c_n = 2 sqrt(5/6) beta sqrt(k_n m*) with the tangent stiffness k_n (thesis 1.22, Tsuji et al.
+  // 1992)
   pair.normal_damping = 2.0 * std::sqrt(5.0 / 6.0) * pair.damping_ratio;
   // The same with k_t: c_t / c_n = sqrt(k_t / k_n)
   pair.tangential_damping = tangential_damping_ratio * std::sqrt(pair.tangential_ratio);

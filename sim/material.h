@@ -1,4 +1,5 @@
-// Elastic materials, what happens between two of them, and the mixing rules of Hertz and Mindlin contacts.
+// Elastic materials, what happens between two of them, and the mixing rules of Hertz and Mindlin
+// contacts.
 #pragma once
 
 #include <limits>
@@ -23,12 +24,13 @@ struct Surfaces {
   double restitution = 1.0;  // -; rebound speed over impact speed of a central impact, in (0, 1]
 };
 
-// May a damped contact pull? A cohesionless bed cannot, so the force is cut off at zero unless the caller
-// wants the unclipped law of the thesis. Restitution comes out as asked in both cases.
+// May a damped contact pull? A cohesionless bed cannot, so the force is cut off at zero unless the
+// caller wants the unclipped law of the thesis. Restitution comes out as asked in both cases.
 enum class Tension { clipped, allowed };
 
-// How the dashpots of several simultaneous contacts between the same two bodies share the damping (thesis 3.4).
-// inv_sqrt_n gives the asked restitution for any number of contacts; the others are kept for comparison.
+// How the dashpots of several simultaneous contacts between the same two bodies share the damping
+// (thesis 3.4). inv_sqrt_n gives the asked restitution for any number of contacts; the others are
+// kept for comparison.
 enum class DampingSharing { inv_sqrt_n, inv_n, none };
 
 // The mixed constants of one pair of materials, ready for the contact law.
@@ -42,9 +44,11 @@ struct PairMaterial {
 };
 
 //   1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2                     (thesis 1.5, Hertz 1882)
-//   1/G* = (2 - nu1)/G1 + (2 - nu2)/G2,  k_t/k_n = 4 G*/E*     (thesis 1.14, Mindlin and Deresiewicz 1953)
-// `tangential_damping_ratio` scales the tangential dashpot: 1 for the same damping ratio as the normal one, 0 for
-// none. Throws std::invalid_argument for unphysical constants or when both bodies are rigid.
+//   1/G* = (2 - nu1)/G1 + (2 - nu2)/G2,  k_t/k_n = 4 G*/E*     (thesis 1.14, Mindlin and
+//   Deresiewicz 1953)
+// `tangential_damping_ratio` scales the tangential dashpot: 1 for the same damping ratio as the
+// normal one, 0 for none. Throws std::invalid_argument for unphysical constants or when both bodies
+// are rigid.
 PairMaterial mix(const Material& first,
                  const Material& second,
                  const Surfaces& surfaces,

@@ -7,7 +7,8 @@
 namespace graintruth::sim {
 namespace {
 
-// Cells beyond this many per body would be empty: the edge grows instead, so memory stays linear in bodies.
+// Cells beyond this many per body would be empty: the edge grows instead, so memory stays linear in
+// bodies.
 constexpr double kMostCellsPerBody = 4.0;
 
 template <int D>
@@ -94,7 +95,8 @@ void find_near_pairs(std::span<const Vec<D>> centres,
     const int above = D == 3 ? std::min(home[2] + 1, grid.size[2] - 1) : 0;
     for (int cz = below; cz <= above; ++cz) {
       for (int cy = std::max(home[1] - 1, 0); cy <= std::min(home[1] + 1, grid.size[1] - 1); ++cy) {
-        for (int cx = std::max(home[0] - 1, 0); cx <= std::min(home[0] + 1, grid.size[0] - 1); ++cx) {
+        for (int cx = std::max(home[0] - 1, 0); cx <= std::min(home[0] + 1, grid.size[0] - 1);
+             ++cx) {
           const int cell = grid.flat({cx, cy, cz});
           for (int k = begin_of(cell); k < end_of(cell); ++k) {
             const int j = cells.bodies_by_cell[k];
@@ -111,15 +113,9 @@ void find_near_pairs(std::span<const Vec<D>> centres,
   }
 }
 
-template void find_near_pairs<2>(std::span<const Vec<2>>,
-                                 std::span<const double>,
-                                 double,
-                                 CellList&,
-                                 std::vector<IndexPair>&);
-template void find_near_pairs<3>(std::span<const Vec<3>>,
-                                 std::span<const double>,
-                                 double,
-                                 CellList&,
-                                 std::vector<IndexPair>&);
+template void find_near_pairs<2>(
+    std::span<const Vec<2>>, std::span<const double>, double, CellList&, std::vector<IndexPair>&);
+template void find_near_pairs<3>(
+    std::span<const Vec<3>>, std::span<const double>, double, CellList&, std::vector<IndexPair>&);
 
 }  // namespace graintruth::sim

@@ -1,4 +1,5 @@
-// Which bodies are near each other: a cell list over bounding spheres, linear in the number of bodies.
+// Which bodies are near each other: a cell list over bounding spheres, linear in the number of
+// bodies.
 #pragma once
 
 #include <span>
@@ -20,7 +21,8 @@ struct CellList {
   std::vector<int> bodies_by_cell;
 };
 
-// All pairs whose bounding spheres are less than `margin` (m) apart, sorted by first and then second.
+// All pairs whose bounding spheres are less than `margin` (m) apart, sorted by first and then
+// second.
 template <int D>
 void find_near_pairs(std::span<const Vec<D>> centres,
                      std::span<const double> radii,

@@ -9,32 +9,37 @@
 namespace graintruth::sim {
 namespace {
 
-// Every correction aims at this share of the allowed overlap, so that the sweeps end after a finite number.
+// Every correction aims at this share of the allowed overlap, so that the sweeps end after a finite
+// number.
 constexpr double kAim = 0.5;
 
 class Relaxation {
  public:
   Relaxation(Scene& scene, double time) : scene_(scene) {
     move_walls(scene.walls, time, walls_);
-    for (const Body& body : scene.bodies) bounding_.push_back(scene.types[body.type].bounding_radius);
+    for (const Body& body : scene.bodies)
+      bounding_.push_back(scene.types[body.type].bounding_radius);
     position_.resize(scene.bodies.size());
   }
 
-  // Visits every overlap deeper than `allowed` once and corrects it to `aim`; returns the deepest that was seen.
-  // With `correct` false nothing is moved.
+  // Visits every overlap deeper than `allowed` once and corrects it to `aim`; returns the deepest
+  // that was seen. With `correct` false nothing is moved.
   double sweep(double allowed, double aim, bool correct) {
     deepest_ = 0.0;
     for (std::size_t i = 0; i < position_.size(); ++i) position_[i] = scene_.bodies[i].position;
     find_near_pairs<3>(position_, bounding_, margin_of(allowed), cells_, pairs_);
-    for (const IndexPair& pair : pairs_) part_bodies(pair.first, pair.second, allowed, aim, correct);
+    for (const IndexPair& pair : pairs_)
+      part_bodies(pair.first, pair.second, allowed, aim, correct);
     for (int i = 0; i < static_cast<int>(scene_.bodies.size()); ++i) {
-      for (int w = 0; w < static_cast<int>(walls_.size()); ++w) leave_wall(i, w, allowed, aim, correct);
+      for (int w = 0; w < static_cast<int>(walls_.size()); ++w)
+        leave_wall(i, w, allowed, aim, correct);
     }
     return deepest_;
   }
 
  private:
-  // Bodies move a little within a sweep; pairs that come to touch by that are found in the next one.
+  // Bodies move a little within a sweep; pairs that come to touch by that are found in the next
+  // one.
   static double margin_of(double allowed) { return allowed; }
 
   const Clump& type_of(int i) const { return scene_.types[scene_.bodies[i].type]; }
@@ -109,7 +114,8 @@ class Relaxation {
   double deepest_ = 0.0;
 };
 
-// Overlap under the weight of one body on its stiffest contact: (m g / k)^(2/3), k = 4/3 E* sqrt(R*)   (thesis 1.1)
+// Overlap under the weight of one body on its stiffest contact: (m g / k)^(2/3), k = 4/3 E*
+// sqrt(R*)   (thesis 1.1)
 double static_overlap(const Scene& scene) {
   double smallest = 0.0;
   for (const Body& body : scene.bodies) {
@@ -117,8 +123,9 @@ double static_overlap(const Scene& scene) {
     double radius = 0.0;
     for (const ElementSphere& sphere : type.spheres) radius = std::max(radius, sphere.radius);
     // The stiffest partner there can be is a rigid wall
-    const double modulus = mix(scene.materials[type.material], rigid_material(), Surfaces{}, Tension::allowed, 0.0)
-                               .normal_modulus;
+    const double modulus =
+        mix(scene.materials[type.material], rigid_material(), Surfaces{}, Tension::allowed, 0.0)
+            .normal_modulus;
     const double k = 4.0 / 3.0 * modulus * std::sqrt(radius);
     const double gravity = scene.gravity.norm() > 0.0 ? scene.gravity.norm() : 9.81;
     const double overlap = std::pow(type.mass * gravity / k, 2.0 / 3.0);

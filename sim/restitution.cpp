@@ -9,25 +9,31 @@
 namespace graintruth::sim {
 namespace {
 
-// Steps per elastic contact duration: the rebound is then right to 1e-7, far below what a run can resolve.
+// Steps per elastic contact duration: the rebound is then right to 1e-7, far below what a run can
+// resolve.
 constexpr int kStepsPerContact = 2000;
 constexpr double kLargestDampingRatio = 100.0;
 
 // The damped Hertz impact without dimensions (Antypov and Elliott 2011):
 //   x'' = -x^1.5 - a x^0.25 x',  a = sqrt(5) beta,  x(0) = 0, x'(0) = 1
-// ended where the force, not the overlap, becomes zero. Fourth-order Runge-Kutta with a fixed step.
+// ended where the force, not the overlap, becomes zero. Fourth-order Runge-Kutta.
 double clipped_restitution(double damping_ratio) {
   const double damping = std::sqrt(5.0) * damping_ratio;
   const auto force = [damping](double x, double v) {
     const double root = std::sqrt(std::max(x, 0.0));
     return x * root + damping * std::sqrt(root) * v;
   };
-  // Elastic contact duration 2.943 d_max / v with d_max = (5/4)^(2/5); strong damping needs a finer step.
-  const double step = 2.9432752 * std::pow(1.25, 0.4) / kStepsPerContact / (1.0 + damping_ratio);
+  // Elastic contact duration 2.943 d_max / v with d_max = (5/4)^(2/5); strong damping needs a finer
+  // step.
+  const double longest = 2.9432752 * std::pow(1.25, 0.4) / kStepsPerContact / (1.0 + damping_ratio);
   double x = 0.0;
   double v = 1.0;
+  double time = 0.0;
   double previous_force = 0.0;
   for (int i = 0; i < 1000 * kStepsPerContact; ++i) {
+    // x^0.25 is not smooth at the first touch: steps grow from almost nothing
+    const double step = std::min(longest, 1e-7 + 0.1 * time);
+    time += step;
     const double x1 = v, v1 = -force(x, v);
     const double x2 = v + 0.5 * step * v1, v2 = -force(x + 0.5 * step * x1, x2);
     const double x3 = v + 0.5 * step * v2, v3 = -force(x + 0.5 * step * x2, x3);
@@ -58,10 +64,9 @@ double unclipped_damping_ratio(double restitution) {
 double restitution_of(double damping_ratio, Tension tension) {
   if (damping_ratio == 0.0) return 1.0;
   if (tension == Tension::clipped) return clipped_restitution(damping_ratio);
-  return damping_ratio >= 1.0
-             ? 0.0
-             : std::exp(-std::numbers::pi * damping_ratio /
-                        std::sqrt(1.0 - damping_ratio * damping_ratio));
+  return damping_ratio >= 1.0 ? 0.0
+                              : std::exp(-std::numbers::pi * damping_ratio /
+                                         std::sqrt(1.0 - damping_ratio * damping_ratio));
 }
 
 double damping_ratio_for(double restitution, Tension tension) {

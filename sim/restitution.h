@@ -5,11 +5,12 @@
 
 namespace graintruth::sim {
 
-// Coefficient of restitution of a central impact with damping ratio beta, independent of speed, mass and stiffness.
+// Coefficient of restitution of a central impact with damping ratio beta, independent of speed,
+// mass and stiffness.
 double restitution_of(double damping_ratio, Tension tension);
 
-// The damping ratio beta whose impact rebounds with `restitution`, in (0, 1]. Throws std::invalid_argument when
-// no damping ratio up to 100 rebounds so little.
+// The damping ratio beta whose impact rebounds with `restitution`, in (0, 1]. Throws
+// std::invalid_argument when no damping ratio up to 100 rebounds so little.
 double damping_ratio_for(double restitution, Tension tension);
 
 }  // namespace graintruth::sim

@@ -13,7 +13,8 @@ void require(bool fulfilled, const std::string& sentence) {
   if (!fulfilled) throw std::invalid_argument("Scene: " + sentence);
 }
 
-// How far, in radii, a sphere of a planar scene may lie out of the layer: round-off of an orientation.
+// How far, in radii, a sphere of a planar scene may lie out of the layer: round-off of an
+// orientation.
 constexpr double kLayerTolerance = 1e-9;
 
 }  // namespace

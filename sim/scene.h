@@ -11,7 +11,8 @@
 
 namespace graintruth::sim {
 
-// Surfaces of every pair of materials; symmetric. Pairs that were never set have no friction and restitution 1.
+// Surfaces of every pair of materials; symmetric. Pairs that were never set have no friction and
+// restitution 1.
 class SurfaceTable {
  public:
   const Surfaces& of(int first, int second) const;
@@ -27,16 +28,16 @@ class SurfaceTable {
 
 // One clump placed in the scene.
 struct Body {
-  int type = 0;                             // index into Scene::types
-  Vec3 position = Vec3::Zero();             // m; centre of mass
-  Quat orientation = Quat::Identity();      // world from body
-  Vec3 velocity = Vec3::Zero();             // m/s
-  Vec3 angular_velocity = Vec3::Zero();     // rad/s, right-handed, world axes
-  double picture_angle = 0.0;               // rad, unwrapped; planar scenes only, see types.h
+  int type = 0;                          // index into Scene::types
+  Vec3 position = Vec3::Zero();          // m; centre of mass
+  Quat orientation = Quat::Identity();   // world from body
+  Vec3 velocity = Vec3::Zero();          // m/s
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, right-handed, world axes
+  double picture_angle = 0.0;            // rad, unwrapped; planar scenes only, see types.h
 };
 
 struct Scene {
-  bool planar = false;  // one layer: y fixed, rotation about y only
+  bool planar = false;                   // one layer: y fixed, rotation about y only
   Vec3 gravity = Vec3(0.0, 0.0, -9.81);  // m/s2
   std::vector<Material> materials;
   SurfaceTable surfaces;
@@ -52,8 +53,8 @@ struct Scene {
                const Quat& orientation = Quat::Identity(),
                const Vec3& velocity = Vec3::Zero(),
                const Vec3& angular_velocity = Vec3::Zero());
-  // Planar scenes: position and velocity in (x, z), angle and spin in the picture sense. The angle is kept as given,
-  // so that a track that has turned more than once stays unwrapped.
+  // Planar scenes: position and velocity in (x, z), angle and spin in the picture sense. The angle
+  // is kept as given, so that a track that has turned more than once stays unwrapped.
   int add_planar_body(int type,
                       const Vec2& position,
                       double picture_angle,
@@ -62,8 +63,8 @@ struct Scene {
   int add_wall(const Wall& wall);
 };
 
-// Throws std::invalid_argument naming the part and the rule it breaks: an index out of range, a value that is not
-// finite, a planar scene whose bodies leave the layer.
+// Throws std::invalid_argument naming the part and the rule it breaks: an index out of range, a
+// value that is not finite, a planar scene whose bodies leave the layer.
 void check(const Scene& scene);
 
 }  // namespace graintruth::sim

@@ -18,8 +18,8 @@ constexpr double kShareOfStep = 1e-6;
 
 void require(bool fulfilled, const std::string& field, double value, const std::string& rule) {
   if (fulfilled) return;
-  throw std::invalid_argument("SimulationOptions: " + field + " is " + std::to_string(value) + ", " +
-                              rule);
+  throw std::invalid_argument("SimulationOptions: " + field + " is " + std::to_string(value) +
+                              ", " + rule);
 }
 
 }  // namespace
@@ -29,8 +29,10 @@ void check(const SimulationOptions& options) {
           "tangential_damping",
           options.tangential_damping,
           "must not be below 0");
-  require(
-      options.global_damping >= 0.0, "global_damping", options.global_damping, "must not be below 0");
+  require(options.global_damping >= 0.0,
+          "global_damping",
+          options.global_damping,
+          "must not be below 0");
   require(options.skin >= 0.0, "skin", options.skin, "must not be below 0");
   require(options.largest_move > 0.0, "largest_move", options.largest_move, "must be above 0");
   require(
@@ -48,8 +50,9 @@ struct Simulation::Engines {
       : scene(start),
         options(chosen),
         longest_step(choose_time_step(start, chosen.time_step)),
-        engine(start.planar ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, start, chosen)
-                            : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, start, chosen)) {}
+        engine(start.planar
+                   ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, start, chosen)
+                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, start, chosen)) {}
 
   template <class Function>
   decltype(auto) visit(Function function) {
@@ -75,7 +78,8 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 namespace {
 
-// Steps an engine through one stretch of time. False when the run must end; the summary then says why.
+// Steps an engine through one stretch of time. False when the run must end; the summary then says
+// why.
 template <int D>
 bool run_stretch(Engine<D>& engine,
                  double from,
@@ -93,7 +97,8 @@ bool run_stretch(Engine<D>& engine,
       summary.message = "stopped after " + std::to_string(summary.steps) + " steps";
       return false;
     }
-    if (sampling.should_stop && summary.steps % kStepsBetweenQuestions == 0 && sampling.should_stop()) {
+    if (sampling.should_stop && summary.steps % kStepsBetweenQuestions == 0 &&
+        sampling.should_stop()) {
       summary.status = RunStatus::timed_out;
       summary.message = "stopped by the caller after " + std::to_string(summary.steps) + " steps";
       return false;

@@ -1,5 +1,5 @@
-// Simulation: a scene in motion. Runs to a time, shows its state to an observer, stops when told or when a step cannot be
-// trusted; the same scene and options give the same bits.
+// Simulation: a scene in motion. Runs to a time, shows its state to an observer, stops when told or
+// when a step cannot be trusted; the same scene and options give the same bits.
 #pragma once
 
 #include <cstdint>
@@ -22,39 +22,41 @@ struct SimulationOptions {
   DampingSharing damping_sharing = DampingSharing::inv_sqrt_n;
   double tangential_damping = 1.0;  // -; tangential over normal damping ratio, 0 for none
   double global_damping = 0.0;      // 1/s; f of thesis 1.76-1.83, for settling
-  double skin = 0.0;                // m; how far apart candidates may be; 0 for a tenth of the smallest radius
-  double largest_move = 0.1;        // smallest radii a step, rotation of the ends included (thesis 2.5.5, 6.1-ii)
-  double largest_overlap = 0.1;     // of the smaller radius
+  double skin = 0.0;  // m; how far apart candidates may be; 0 for a tenth of the smallest radius
+  double largest_move =
+      0.1;  // smallest radii a step, rotation of the ends included (thesis 2.5.5, 6.1-ii)
+  double largest_overlap = 0.1;         // of the smaller radius
   std::int64_t largest_step_count = 0;  // of one run_until; 0 for no limit
-  bool tally_work = false;              // book the work of dashpots and friction; slows each step a little
+  bool tally_work = false;  // book the work of dashpots and friction; slows each step a little
 };
 
 void check(const SimulationOptions& options);
 
 struct RunSummary {
   RunStatus status = RunStatus::completed;
-  std::string message;      // empty when completed
-  double time = 0.0;        // s; reached
-  std::int64_t steps = 0;   // of this run
-  double time_step = 0.0;   // s; of the last step
+  std::string message;         // empty when completed
+  double time = 0.0;           // s; reached
+  std::int64_t steps = 0;      // of this run
+  double time_step = 0.0;      // s; of the last step
   double mean_contacts = 0.0;  // touching contacts a step, walls included, of this run
   std::int64_t searches = 0;   // contact searches of this run
 };
 
-// When the observer is called: at the start time plus whole multiples of the interval (s) up to the end; the time step is
-// shortened so that it divides the interval. 0: only at the end.
+// When the observer is called: at the start time plus whole multiples of the interval (s) up to the
+// end; the time step is shortened so that it divides the interval. 0: only at the end.
 struct Sampling {
   double interval = 0.0;
   std::function<void(const State&)> observer = nullptr;
-  // Asked every few hundred steps; true ends the run as timed_out. Keeps clocks out of the simulation.
+  // Asked every few hundred steps; true ends the run as timed_out. Keeps clocks out of the
+  // simulation.
   std::function<bool()> should_stop = nullptr;
 };
 
 // All in J. Losses are booked only with SimulationOptions::tally_work.
 struct Energy {
   double kinetic = 0.0;
-  double gravity = 0.0;     // relative to z = 0 (along the direction of gravity)
-  double elastic = 0.0;     // normal and tangential springs
+  double gravity = 0.0;        // relative to z = 0 (along the direction of gravity)
+  double elastic = 0.0;        // normal and tangential springs
   double damping_loss = 0.0;   // normal dashpots
   double friction_loss = 0.0;  // sliding and tangential dashpots
   double wall_work = 0.0;      // done by moving walls on the bodies
@@ -63,14 +65,14 @@ struct Energy {
 
 // One touching pair, as the next step will see it.
 struct ContactReport {
-  int first = 0;                // body
-  int second = 0;               // body or wall
+  int first = 0;   // body
+  int second = 0;  // body or wall
   bool with_wall = false;
-  int first_sphere = 0;         // counted from the first of its body
-  int second_sphere = 0;        // as above; 0 with walls
-  double overlap = 0.0;         // m
-  Vec3 normal = Vec3::Zero();   // unit, from first to second
-  double normal_force = 0.0;    // N; pushes apart
+  int first_sphere = 0;                  // counted from the first of its body
+  int second_sphere = 0;                 // as above; 0 with walls
+  double overlap = 0.0;                  // m
+  Vec3 normal = Vec3::Zero();            // unit, from first to second
+  double normal_force = 0.0;             // N; pushes apart
   Vec3 tangential_force = Vec3::Zero();  // N; on the second
   bool slides = false;
 };

@@ -10,15 +10,18 @@
 namespace graintruth::sim {
 namespace {
 
-// The half-step predictor of the dashpot and the rotation of clumps stiffen a contact beyond the textbook spring.
+// The half-step predictor of the dashpot and the rotation of clumps stiffen a contact beyond the
+// textbook spring.
 constexpr double kStiffnessSafety = 0.5;
 
 struct Impact {
   double normal_modulus, reduced_radius, reduced_mass;
-  double turned_mass;  // kg; smallest mass that the contact can feel, rotation of the clumps included
+  double
+      turned_mass;  // kg; smallest mass that the contact can feel, rotation of the clumps included
 };
 
-// Mass felt by a contact at the far end of a clump: 1/m + L^2/I, L the largest lever across the normal.
+// Mass felt by a contact at the far end of a clump: 1/m + L^2/I, L the largest lever across the
+// normal.
 double inverse_mass_at_end(const Clump& clump) {
   double lever = 0.0;
   for (const ElementSphere& sphere : clump.spheres) lever = std::max(lever, sphere.centre.norm());
@@ -50,10 +53,11 @@ std::vector<Impact> possible_impacts(const Scene& scene) {
                          1.0 / (inverse_mass_at_end(a) + inverse_mass_at_end(b))});
     }
     for (const Wall& wall : scene.walls) {
-      impacts.push_back({normal_modulus(scene.materials[a.material], scene.materials[wall.material]),
-                         largest_radius(a),
-                         a.mass,
-                         1.0 / inverse_mass_at_end(a)});
+      impacts.push_back(
+          {normal_modulus(scene.materials[a.material], scene.materials[wall.material]),
+           largest_radius(a),
+           a.mass,
+           1.0 / inverse_mass_at_end(a)});
     }
   }
   return impacts;
@@ -66,9 +70,14 @@ double rayleigh_time_step(double radius, double density, const Material& materia
          (0.1631 * material.poisson_ratio + 0.8766);
 }
 
-double stiffness_time_step(double mass, double stiffness) { return 2.0 * std::sqrt(mass / stiffness); }
+double stiffness_time_step(double mass, double stiffness) {
+  return 2.0 * std::sqrt(mass / stiffness);
+}
 
-HertzImpact hertz_impact(double normal_modulus, double reduced_radius, double reduced_mass, double speed) {
+HertzImpact hertz_impact(double normal_modulus,
+                         double reduced_radius,
+                         double reduced_mass,
+                         double speed) {
   const double k = 4.0 / 3.0 * normal_modulus * std::sqrt(reduced_radius);
   HertzImpact impact;
   impact.deepest_overlap = std::pow(1.25 * reduced_mass * speed * speed / k, 0.4);
@@ -82,10 +91,10 @@ TimeStepLimits time_step_limits(const Scene& scene, double impact_speed) {
   TimeStepLimits limits{kNone, kNone, kNone};
   for (const Body& body : scene.bodies) {
     const Clump& type = scene.types[body.type];
-    limits.rayleigh = std::min(limits.rayleigh,
-                               rayleigh_time_step(type.smallest_radius,
-                                                  type.mass / type.volume,
-                                                  scene.materials[type.material]));
+    limits.rayleigh = std::min(
+        limits.rayleigh,
+        rayleigh_time_step(
+            type.smallest_radius, type.mass / type.volume, scene.materials[type.material]));
   }
   for (const Impact& impact : possible_impacts(scene)) {
     const HertzImpact hertz = hertz_impact(
@@ -93,7 +102,8 @@ TimeStepLimits time_step_limits(const Scene& scene, double impact_speed) {
     limits.contact_duration = std::min(limits.contact_duration, hertz.duration);
     const double stiffness =
         2.0 * impact.normal_modulus * std::sqrt(impact.reduced_radius * hertz.deepest_overlap);
-    limits.stiffness = std::min(limits.stiffness, stiffness_time_step(impact.turned_mass, stiffness));
+    limits.stiffness =
+        std::min(limits.stiffness, stiffness_time_step(impact.turned_mass, stiffness));
   }
   return limits;
 }

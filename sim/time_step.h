@@ -7,19 +7,24 @@
 
 namespace graintruth::sim {
 
-// Rayleigh time step, s:  pi R sqrt(rho/G) / (0.1631 nu + 0.8766)   (thesis 1.28, with the pi that its numbers lack).
+// Rayleigh time step, s:  pi R sqrt(rho/G) / (0.1631 nu + 0.8766)   (thesis 1.28, with the pi that
+// its numbers lack).
 double rayleigh_time_step(double radius, double density, const Material& material);
 
 // Stability limit of the leapfrog for one spring, s:  2 sqrt(m/k)   (thesis 1.24 corrected).
 double stiffness_time_step(double mass, double stiffness);
 
-// An elastic Hertz impact: k = 4/3 E* sqrt(R*), deepest overlap (5 m* v^2/(4 k))^(2/5), duration 2.9432751843 of it over v.
+// An elastic Hertz impact: k = 4/3 E* sqrt(R*), deepest overlap (5 m* v^2/(4 k))^(2/5),
+// duration 2.9432751843 of it over v.
 struct HertzImpact {
   double deepest_overlap = 0.0;  // m
   double largest_force = 0.0;    // N
   double duration = 0.0;         // s
 };
-HertzImpact hertz_impact(double normal_modulus, double reduced_radius, double reduced_mass, double speed);
+HertzImpact hertz_impact(double normal_modulus,
+                         double reduced_radius,
+                         double reduced_mass,
+                         double speed);
 
 struct TimeStepLimits {
   double rayleigh = 0.0;   // s; smallest over bodies
@@ -27,21 +32,23 @@ struct TimeStepLimits {
   double contact_duration = 0.0;  // s; shortest impact at the stated speed
 };
 
-// Over all types, pairs of types and walls of a scene. `impact_speed` (m/s) is the fastest collision that must be resolved.
+// Over all types, pairs of types and walls of a scene. `impact_speed` (m/s) is the fastest
+// collision that must be resolved.
 TimeStepLimits time_step_limits(const Scene& scene, double impact_speed);
 
 // The Rayleigh step of the scene, s: fraction 1.
 double critical_time_step(const Scene& scene);
 
 struct TimeStepOptions {
-  double fraction = 0.5;      // -; of the Rayleigh step; a convergence control, not a material constant
-  double impact_speed = 0.1;  // m/s; fastest collision that is resolved with at least ...
+  double fraction = 0.5;  // -; of the Rayleigh step; a convergence control, not a material constant
+  double impact_speed = 0.1;        // m/s; fastest collision that is resolved with at least ...
   double steps_per_contact = 20.0;  // -; ... this many steps (model specification 11)
-  double largest = 0.0;       // s; a further cap, 0 for none
+  double largest = 0.0;             // s; a further cap, 0 for none
 };
 
-// Smallest of fraction times Rayleigh, contact duration over steps per contact, half the stiffness limit, and the cap.
-// Throws std::invalid_argument for a fraction outside (0, 1] or other values that are not above zero.
+// Smallest of fraction times Rayleigh, contact duration over steps per contact, half the stiffness
+// limit, and the cap. Throws std::invalid_argument for a fraction outside (0, 1] or other values
+// that are not above zero.
 double choose_time_step(const Scene& scene, const TimeStepOptions& options);
 
 }  // namespace graintruth::sim

@@ -11,9 +11,13 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaterniond;
 
-// Axes are right-handed with x to the right and z up, so y points away from the viewer. A picture angle turns +x
-// towards +z (counter-clockwise as seen): it is MINUS the right-handed rotation about +y. Everything outside this
-// library speaks of picture angles; everything three-dimensional inside of right-handed spins.
+// Without y.
+inline Vec2 into_plane(const Vec3& v) { return {v.x(), v.z()}; }
+
+// Axes are right-handed with x to the right and z up, so y points away from the viewer. A picture
+// angle turns +x towards +z (counter-clockwise as seen): it is MINUS the right-handed rotation
+// about +y. Everything outside this library speaks of picture angles; everything three-dimensional
+// inside of right-handed spins.
 
 // Orientation whose body x axis lies at `angle` (rad, picture sense) in the x-z plane.
 inline Quat orientation_from_picture_angle(double angle) {

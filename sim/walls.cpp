@@ -7,16 +7,9 @@
 namespace graintruth::sim {
 namespace {
 
-// Two ends closer than this share of the wall's length are one corner: measured rigs are given to 1e-9 m.
+// Two ends closer than this share of the wall's length are one corner: measured rigs are given to
+// 1e-9 m.
 constexpr double kCornerTolerance = 1e-6;
-
-Vec2 in_picture(const Vec3& v) { return {v.x(), v.z()}; }
-
-// Nearest point of a segment; share of the way from `from` to `to`.
-double nearest_share(const Wall& wall, const Vec2& point) {
-  const Vec2 along = wall.to - wall.from;
-  return std::clamp((point - wall.from).dot(along) / along.squaredNorm(), 0.0, 1.0);
-}
 
 Vec2 nearest_point(const Wall& wall, const Vec2& point) {
   return wall.from + nearest_share(wall, point) * (wall.to - wall.from);
@@ -48,19 +41,8 @@ Wall plane_wall(const Vec3& point, const Vec3& normal, const WallMotion& motion,
   return wall;
 }
 
-WallView look_at(const Wall& wall, const Vec3& point) {
-  if (wall.shape == Wall::Shape::plane) {
-    return {-wall.normal, (point - wall.point).dot(wall.normal), false};
-  }
-  const Vec2 from_here = in_picture(point);
-  const double share = nearest_share(wall, from_here);
-  const Vec2 apart = wall.from + share * (wall.to - wall.from) - from_here;
-  const double distance = apart.norm();
-  return {Vec3(apart.x() / distance, 0.0, apart.y() / distance), distance, share == 0.0 || share == 1.0};
-}
-
 bool edge_belongs_to_another(std::span<const Wall> walls, int wall, const Vec3& centre) {
-  const Vec2 seen_from = in_picture(centre);
+  const Vec2 seen_from = into_plane(centre);
   const Vec2 corner = nearest_point(walls[wall], seen_from);
   const double corner_distance = (corner - seen_from).norm();
   for (int other = 0; other < static_cast<int>(walls.size()); ++other) {
@@ -82,8 +64,8 @@ void move_walls(std::span<const Wall> at_rest, double time, std::vector<Wall>& n
   now.assign(at_rest.begin(), at_rest.end());
   for (Wall& wall : now) {
     const Vec3 moved = displacement_of(wall, time);
-    wall.from += in_picture(moved);
-    wall.to += in_picture(moved);
+    wall.from += into_plane(moved);
+    wall.to += into_plane(moved);
     wall.point += moved;
   }
 }

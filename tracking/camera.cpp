@@ -268,26 +268,35 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
   std::vector<FiducialSighting> kept = sightings;
   Fit fit;
   Calibration result;
-  // 1. Fit, and while a dot lies far off all others leave the worst one out
+  // 1. Fit, and while one dot spoils it leave that one out
   while (true) {
     fit = fit_camera(fiducials, kept, width, height, prior,
                      starting_parameters(fiducials, kept, width, height, prior));
     result.camera = Camera(width, height, fit.parameters);
     result.residuals.clear();
-    std::vector<double> pixels;
     for (const FiducialSighting& s : kept) {
       const auto& dot = fiducials[static_cast<std::size_t>(s.fiducial)];
       const Eigen::Vector2d miss = disc_centroid(result.camera, dot.x, dot.z, dot.diameter) - s.pixel;
-      pixels.push_back(miss.norm());
       result.residuals.push_back((result.camera.jacobian(dot.x, dot.z).inverse() * miss).norm());
     }
-    std::vector<double> sorted = pixels;
-    std::sort(sorted.begin(), sorted.end());
-    const double typical = std::max(sorted[sorted.size() / 2], nominal_dot_sigma);
-    const auto worst = std::max_element(pixels.begin(), pixels.end());
-    // Six times the median never happens to a dot that was measured like the others.
-    if (kept.size() <= fewest || *worst < 6.0 * typical || *worst < 0.3) break;
-    kept.erase(kept.begin() + (worst - pixels.begin()));
+    // A dot that was mismeasured bends the whole fit: left out, the others agree much better. With good dots one less
+    // changes little; a few hundredths of a pixel are never worth a dot.
+    const double rms_px = std::sqrt(fit.data_square / (2.0 * static_cast<double>(kept.size())));
+    if (kept.size() <= fewest || rms_px < 2.0 * nominal_dot_sigma) break;
+    double least = fit.data_square;
+    std::size_t culprit = kept.size();
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      std::vector<FiducialSighting> others = kept;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const double square = fit_camera(fiducials, others, width, height, prior, fit.parameters).data_square;
+      if (square < least) {
+        least = square;
+        culprit = i;
+      }
+    }
+    constexpr double plain_gain = 4.0;  // halves the scatter
+    if (culprit == kept.size() || plain_gain * least > fit.data_square) break;
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(culprit));
   }
   // 2. Scatter, residuals in millimetres, and what each dot would have been predicted to be by the others
   const double freedom = std::max(2.0, 2.0 * static_cast<double>(kept.size()) - 8.0);

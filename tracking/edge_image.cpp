@@ -21,8 +21,10 @@ EdgeImage::EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_p
   // the brightness needs, edges of colour would step with the blocks by half a pixel.
   constexpr double colour_blur_px = 1.4;
   cv::GaussianBlur(parts[0], parts[0], cv::Size(5, 5), blur_px, blur_px, cv::BORDER_REPLICATE);
-  for (int c : {1, 2})
+  for (int c : {1, 2}) {
+    parts[c] -= 128.0;  // OpenCV's grey
     cv::GaussianBlur(parts[c], parts[c], cv::Size(9, 9), colour_blur_px, colour_blur_px, cv::BORDER_REPLICATE);
+  }
   cv::merge(parts, 3, smooth_);
   cv::inRange(frame(region_), cv::Scalar(saturation, saturation, saturation), cv::Scalar(255, 255, 255), saturated_);
   cv::dilate(saturated_, saturated_, cv::Mat::ones(5, 5, CV_8U));

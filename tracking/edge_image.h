@@ -12,7 +12,7 @@ class EdgeImage {
   EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_px);
 
   bool contains(const Eigen::Vector2d& pixel, double margin) const;
-  // Brightness and two differences of colour (Y, Cr, Cb) at a pixel of the whole frame, bilinear. The pixel must be contained with a margin of 1.
+  // Brightness and two differences of colour (Y, Cr, Cb; 0 is black, and grey) at a pixel of the whole frame, bilinear. The pixel must be contained with a margin of 1.
   Eigen::Vector3f at(const Eigen::Vector2d& pixel) const;
   // True where the sensor was full: highlights have edges of their own.
   bool is_saturated(const Eigen::Vector2d& pixel) const;

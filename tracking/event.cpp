@@ -182,8 +182,20 @@ std::optional<Event> fit_onset(const HeightRecord& record, double expected_speed
     std::nth_element(misses.begin(), misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2), misses.end());
     sigma = std::max(misses[misses.size() / 2] / 0.6745, 1.0e-3 * std::abs(expected_speed) * interval);
   }
-  // It must really have stood still and then moved at about the stated speed.
-  if (best.still < 2 || sigma > std::abs(expected_speed) * interval) return std::nullopt;
+  // It must really have stood still and then moved at about the stated speed: most samples of both parts near the line.
+  int still_near = 0, moving_near = 0;
+  for (const Sample& s : samples) {
+    if (s.time > best_time + span) break;
+    const double after = std::max(0.0, s.time - best_time);
+    const bool near = std::abs(s.height - best.z0 - best.v * after) <
+                      std::max(5.0 * sigma, 0.1 * std::abs(expected_speed) * interval);
+    (after > 0.0 ? moving_near : still_near) += near;
+  }
+  // A clock wrong by a factor of two is told of; a slower drift than that is no piston.
+  const double speed_ratio = best.v / expected_speed;
+  if (best.still < 2 || 2 * still_near < best.still || 2 * moving_near < best.moving || speed_ratio < 0.45 ||
+      speed_ratio > 2.2 || sigma > std::abs(expected_speed) * interval)
+    return std::nullopt;
 
   // Covariance of (z0, v, t0); dz/dt0 = -v after the onset. Neighbouring frames err alike (the same pixels, the same
   // compression), hence the factor two.

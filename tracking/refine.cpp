@@ -8,8 +8,8 @@ namespace graintruth::tracking {
 
 namespace {
 
-// An edge is this many times what noise and shading make of the gradient.
-constexpr double least_edge = 3.0;
+// An edge is this many times the camera's noise.
+constexpr double least_edge = 4.0;
 
 constexpr int rays_per_ball = 72;  // one in 5 degrees: about every 2 px on a ball of 48 px
 
@@ -37,6 +37,7 @@ void find_edge(const EdgeImage& image,
                double window,
                double outward,
                const Eigen::Matrix3f& whitening,
+               double noise,
                RayHit& hit) {
   constexpr double step = 0.5;     // px
   constexpr int most_samples = 64;
@@ -77,7 +78,8 @@ void find_edge(const EdgeImage& image,
   if (curvature >= 0.0 || before > here || after > here || (best - half) * step > outward) return;
   hit.displacement = ((best - half) + 0.5 * (before - after) / curvature) * step;
   hit.strength = std::sqrt(here);
-  hit.found = hit.strength > least_edge;
+  const auto k = static_cast<std::size_t>(best);
+  hit.found = (colours[k + 1] - colours[k - 1]).norm() > least_edge * noise;
 }
 
 double median(std::vector<double>& values) {
@@ -102,6 +104,7 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
     float square;
   };
   std::vector<Difference> differences;
+  Eigen::Vector3f paint = Eigen::Vector3f::Zero();
   const auto centres = ball_centres(pose, shape);
   for (std::size_t ball = 0; ball < 2; ++ball) {
     const double pixel = 1.0 / camera.scale(centres[ball].x(), centres[ball].y());  // m
@@ -120,6 +123,7 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
         if (image.is_saturated(inner) || image.is_saturated(outer)) continue;
         const Eigen::Vector3f value = image.at(outer) - image.at(inner);
         differences.push_back({value, value.squaredNorm()});
+        paint += image.at(inner);
       }
     }
   }
@@ -130,6 +134,12 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
                      differences.end(), [](const auto& a, const auto& b) { return a.square < b.square; });
     for (std::size_t i = 0; i < kept; ++i)
       covariance += differences[i].value * differences[i].value.transpose() / static_cast<float>(kept);
+  }
+  // A shadow's edge on the ball takes away a share of all channels alike; there need not be one within the ring above.
+  if (!differences.empty()) {
+    constexpr float shadow_share = 0.2F;  // of the light, over a pixel
+    paint *= shadow_share / static_cast<float>(differences.size());
+    covariance += paint * paint.transpose();
   }
   // |L^-1 g|^2 = g^T covariance^-1 g
   const Eigen::LLT<Eigen::Matrix3f> factor(covariance);
@@ -179,7 +189,7 @@ void cast_rays(const EdgeImage& image,
       hit.derivative << moved.x(), moved.y(), moved.dot(direction);
       // A foreign edge reaches about a pixel and a half towards us by blur.
       const double outward = gap * scale - 1.5;
-      find_edge(image, pixel, normal, options.window_px, outward, whitening, hit);
+      find_edge(image, pixel, normal, options.window_px, outward, whitening, options.noise, hit);
     }
   }
 }
@@ -230,7 +240,7 @@ BodyFit refine_body(const EdgeImage& image,
       const double relative = hit.displacement / accept;
       const double robust = 1.0 / std::pow(1.0 + relative * relative, 2);
       const double square = hit.strength * hit.strength;
-      const double weak = std::pow(2.0 * least_edge, 2);
+      constexpr double weak = 4.0;  // whitened: twice what lies inside the outline
       return robust * square / (square + weak);
     };
     std::array<BallEvidence, 2> evidence;

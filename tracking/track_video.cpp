@@ -587,7 +587,7 @@ double FilmTracker::find_event(int frames) {
   if (!event) {
     if (!noted) {
       throw InputError(fmt::format("{}: the start of motion cannot be found on the film (it must show at least a few "
-                                   "frames before it); cut the film less closely or give camera.noted_event_time",
+                                   "frames before it); cut the film less closely or give camera.noted_event_s",
                                    where()));
     }
     event.emplace();
@@ -724,6 +724,19 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   summary_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   summary_.frames_per_second = frames / summary_.seconds;
   result.summary = summary_;
+
+  // 4. The findings drawn on the film, outside the clock
+  Findings findings{&calibration_.camera, &result.trajectories, {}, sightings_};
+  for (const LearnedShape& body : learned.bodies) findings.shapes.push_back(body.shape);
+  const int event_frame =
+      std::clamp(static_cast<int>(std::lround(zero * experiment_.camera.frame_rate)), 0, frames - 1);
+  OverlayFiles files;
+  files.film = options.overlay_file;
+  files.frame_rate = experiment_.camera.frame_rate;
+  files.stills = {{0, options.annotated_first},
+                  {(event_frame + frames - 1) / 2, options.annotated_middle},
+                  {frames - 1, options.annotated_last}};
+  if (!draw_overlay(replicate_.video, findings, files, options.stop)) throw Stopped{};
   return result;
 }
 

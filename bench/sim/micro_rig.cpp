@@ -1,5 +1,5 @@
-// How long the micro-experiment takes to simulate: ten two-ball bodies, 4.8 s, the true modulus, the longest time step that
-// is allowed. Usage: bench_micro_rig [results.json [repeats]]
+// How long the micro-experiment takes to simulate: ten two-ball bodies, 4.8 s, the true modulus,
+// the longest time step that is allowed. Usage: bench_micro_rig [results.json [repeats]]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -27,8 +27,7 @@ Measurement measure(const Scene& scene, const SimulationOptions& options, double
   const auto begin = std::chrono::steady_clock::now();
   Measurement result;
   result.summary = simulation.run_until(until, {.interval = 0.02, .observer = [](const State&) {}});
-  result.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.hash = simulation.state_hash();
   return result;
 }

@@ -1,4 +1,5 @@
-// The page in a real browser: everything drawn, nothing complained about, nothing asked of the network.
+// The page in a real browser: everything drawn, nothing complained about, nothing asked of the
+// network.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -27,9 +28,12 @@ Visit visit(const std::filesystem::path& page, const std::filesystem::path& scra
   std::filesystem::remove_all(scratch);
   std::filesystem::create_directories(scratch);
   const std::string command = fmt::format(
-      "HOME='{0}' timeout 120 {1} --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-      "--disable-background-networking --disable-component-update --disable-sync --user-data-dir='{0}/profile' "
-      "--window-size=1280,1000 --virtual-time-budget=20000 --enable-logging=stderr --v=0 --dump-dom 'file://{2}' "
+      "HOME='{0}' timeout 120 {1} --headless --no-sandbox --disable-gpu --disable-quic "
+      "--no-first-run "
+      "--disable-background-networking --disable-component-update --disable-sync "
+      "--user-data-dir='{0}/profile' "
+      "--window-size=1280,1000 --virtual-time-budget=20000 --enable-logging=stderr --v=0 "
+      "--dump-dom 'file://{2}' "
       ">'{0}/document' 2>'{0}/log'",
       scratch.string(),
       browser,
@@ -45,7 +49,8 @@ Visit visit(const std::filesystem::path& page, const std::filesystem::path& scra
 
 int count_of(const std::string& text, const std::string& part) {
   int found = 0;
-  for (auto place = text.find(part); place != std::string::npos; place = text.find(part, place + 1)) ++found;
+  for (auto place = text.find(part); place != std::string::npos; place = text.find(part, place + 1))
+    ++found;
   return found;
 }
 
@@ -71,7 +76,8 @@ TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
   EXPECT_EQ(seen.console, "");
   const int figures = count_of(seen.document, "<figure class=\"plot\"");
   EXPECT_EQ(figures, 12);
-  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)), std::string::npos);
+  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
+            std::string::npos);
   EXPECT_NE(seen.document.find("data-figures-failed=\"0\""), std::string::npos);
   EXPECT_GE(count_of(seen.document, "class=\"main-svg\""), figures);
 }

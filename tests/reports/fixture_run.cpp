@@ -41,8 +41,10 @@ std::string grey_jpeg() {
   std::string bytes("\xFF\xD8\xFF\xDB\x00\x43\x00", 7);
   bytes += std::string(64, '\x10');
   bytes += std::string("\xFF\xC0\x00\x0B\x08\x00\x08\x00\x08\x01\x01\x11\x00", 13);
-  bytes += std::string("\xFF\xC4\x00\x14\x00\x01", 6) + std::string(15, '\0') + std::string(1, '\0');
-  bytes += std::string("\xFF\xC4\x00\x14\x10\x01", 6) + std::string(15, '\0') + std::string(1, '\0');
+  bytes +=
+      std::string("\xFF\xC4\x00\x14\x00\x01", 6) + std::string(15, '\0') + std::string(1, '\0');
+  bytes +=
+      std::string("\xFF\xC4\x00\x14\x10\x01", 6) + std::string(15, '\0') + std::string(1, '\0');
   bytes += std::string("\xFF\xDA\x00\x08\x01\x01\x00\x00\x3F\x00\x3F\xFF\xD9", 13);
   return bytes;
 }
@@ -63,55 +65,76 @@ Json parameter(double value, double lower, double upper, double bench) {
           {"bound_lower", 0.0},
           {"bound_upper", 0.6},
           {"confidence", 0.95},
-          {"method", "bootstrap over replicates"}};
+          {"objective_range", 2.9},
+          {"objective_range_of_noise", 0.021},
+          {"method", "bootstrap over replicates and seeds"}};
+}
+
+Json step(double friction, double fraction, double objective, const Json& change, double cpu) {
+  return {{"friction_particle_particle", friction},
+          {"friction_particle_wall", friction},
+          {"fraction", fraction},
+          {"seconds", 6.25e-5 * fraction},
+          {"objective", objective},
+          {"change", change},
+          {"noise", change.is_null() ? Json() : Json(0.0031)},
+          {"cpu_seconds", cpu}};
 }
 
 Json result() {
-  return {
-      {"status", "done"},
-      {"message", "The search ended within its budget."},
-      {"experiment", "fixture"},
-      {"title", "Fixture: made-up numbers that test the page"},
-      {"note", "Nothing here was measured or simulated; a test wrote these numbers."},
-      {"kind", "calibration"},
-      {"parameters",
-       {{"friction_particle_particle", parameter(0.1234, 0.1041, 0.1397, 0.36)},
-        {"friction_particle_wall", parameter(0.1712, 0.1480, 0.1957, 0.35)},
-        {"restitution",
-         {{"value", 0.83},
-          {"unit", "-"},
-          {"status", "not_identified"},
-          {"bench_value", 0.83},
-          {"bound_lower", 0.5},
-          {"bound_upper", 0.95}}}}},
-      {"time_step",
-       {{"fraction", 0.2},
-        {"seconds", 1.25e-5},
-        {"discretisation_error", 0.0021},
-        {"study",
-         {{{"fraction", 0.2}, {"seconds", 1.25e-5}, {"objective", 0.2413}, {"change", nullptr}, {"noise", 0.006}, {"cpu_seconds", 12.4}},
-          {{"fraction", 0.1}, {"seconds", 6.25e-6}, {"objective", 0.2392}, {"change", -0.0021}, {"noise", 0.006}, {"cpu_seconds", 24.6}},
-          {{"fraction", 0.05}, {"seconds", 3.125e-6}, {"objective", 0.2401}, {"change", 0.0009}, {"noise", 0.005}, {"cpu_seconds", 49.9}}}}}},
-      {"agreement",
-       {{"percent", 77.9},
-        {"percent_student_t", 88.7},
-        {"ceiling_percent", 81.5},
-        {"ceiling_percent_student_t", 91.4},
-        {"leave_one_out_percent", 55.5},
-        {"leave_one_out_percent_student_t", 75.0},
-        {"replicates", 5},
-        {"seeds", 10},
-        {"single_run_median_percent", 51.3},
-        {"single_run_median_percent_student_t", 66.2},
-        {"without_first_frame", {{"percent", 79.1}, {"percent_student_t", 90.2}}},
-        {"per_particle", Json::array()}}},
-      {"rms_position_m", 0.00734},
-      {"objective", {{"best", 0.2389}, {"noise", 0.0058}}},
-      {"evaluations", 112},
-      {"simulations", 1136},
-      {"failed", 3},
-      {"wall_time_s", 754.0},
-      {"warnings", {"Fixture warning: the two frictions trade off; a sliding test would separate them."}}};
+  return {{"status", "done"},
+          {"message", "The search ended within its budget."},
+          {"experiment", "fixture"},
+          {"title", "Fixture: made-up numbers that test the page"},
+          {"note", "Nothing here was measured or simulated; a test wrote these numbers."},
+          {"kind", "calibration"},
+          {"parameters",
+           {{"friction_particle_particle", parameter(0.1234, 0.1041, 0.1397, 0.36)},
+            {"friction_particle_wall", parameter(0.1712, 0.1480, 0.1957, 0.35)},
+            {"restitution",
+             {{"value", 0.83},
+              {"unit", "-"},
+              {"status", "not_identified"},
+              {"bench_value", 0.83},
+              {"bound_lower", 0.5},
+              {"bound_upper", 0.95}}}}},
+          {"time_step",
+           {{"fraction", 0.2},
+            {"seconds", 1.25e-5},
+            {"discretisation_error", 0.0021},
+            {"study",
+             {step(0.12, 0.2, 0.2413, 0.0021, 12.4),
+              step(0.12, 0.1, 0.2392, -0.0009, 24.6),
+              step(0.12, 0.05, 0.2401, nullptr, 49.9),
+              step(0.4, 0.2, 1.513, -0.004, 11.9),
+              step(0.4, 0.1, 1.517, 0.002, 24.1),
+              step(0.4, 0.05, 1.515, nullptr, 48.2)}}}},
+          {"agreement",
+           {{"percent", 77.9},
+            {"percent_student_t", 88.7},
+            {"ceiling_percent", 81.5},
+            {"ceiling_percent_student_t", 91.4},
+            {"leave_one_out_percent", 55.5},
+            {"leave_one_out_percent_student_t", 75.0},
+            {"replicates", 5},
+            {"seeds", 10},
+            {"single_run_median_percent", 51.3},
+            {"single_run_median_percent_student_t", 66.2},
+            {"without_first_frame", {{"percent", 79.1}, {"percent_student_t", 90.2}}},
+            {"per_particle", Json::array()}}},
+          {"rms_position_m", 0.00734},
+          {"objective",
+           {{"best", 0.2389},
+            {"noise", 0.0058},
+            {"stop_reason", "the polish moved by less than the noise"},
+            {"surrogate_leave_one_out_error", 0.041},
+            {"surrogate_value_spread", 0.83}}},
+          {"evaluations", 112},
+          {"simulations", 1136},
+          {"failed", 3},
+          {"wall_time_s", 754.0},
+          {"warnings",
+           {"Fixture warning: the two frictions trade off; a sliding test would separate them."}}};
 }
 
 Json run() {
@@ -123,52 +146,65 @@ Json run() {
   wall(0.0675, -0.28, 0.0675, 0.0);
   wall(-0.0675, 0.0, -0.2407, 0.3);
   wall(0.0675, 0.0, 0.2407, 0.3);
-  return {{"version", "0.1.0"},
-          {"command", "graintruth calibrate fixture.toml --budget 112 --seed 7"},
-          {"started_at", "2020-01-02T03:04:05Z"},
-          {"configuration", {{"search", {{"budget", 112}}}, {"seeds", 10}}},
-          {"seed", 7},
-          {"jobs", 4},
-          {"input_hashes", {{"fixture.toml", "0123456789abcdef"}, {"rep1.mp4", "fedcba9876543210"}}},
-          {"stages",
-           {{{"name", "track"}, {"seconds", 41.2}},
-            {{"name", "search"}, {"seconds", 598.0}},
-            {{"name", "confirm"}, {"seconds", 114.8}}}},
-          {"rig", {{"walls", walls}, {"piston", {{"face_z_m", 0.0}, {"half_width_m", 0.0675}}}}}};
+  return {
+      {"version", "0.1.0"},
+      {"command", "graintruth calibrate fixture.toml --budget 112 --seed 7"},
+      {"started_at", "2020-01-02T03:04:05Z"},
+      {"configuration", {{"search", {{"budget", 112}}}, {"seeds", 10}}},
+      {"seed", 7},
+      {"jobs", 4},
+      {"input_hashes", {{"fixture.toml", "0123456789abcdef"}, {"rep1.mp4", "fedcba9876543210"}}},
+      {"stages",
+       {{{"name", "track"}, {"seconds", 41.2}},
+        {{"name", "search"}, {"seconds", 598.0}},
+        {{"name", "confirm"}, {"seconds", 114.8}}}},
+      {"rig", {{"walls", walls}, {"piston", {{"face_z_m", 0.0}, {"half_width_m", 0.0675}}}}}};
 }
 
 Json tracking() {
   Json replicates = Json::array();
   for (int r = 1; r <= 5; ++r) {
     const std::string name = fmt::format("rep{}", r);
-    replicates.push_back({{"name", name},
-                          {"film", name + ".mp4"},
-                          {"scale_px_per_mm", 1.1 + 0.001 * r},
-                          {"calibration_rms_mm", 0.11 + 0.01 * r},
-                          {"calibration_max_mm", 0.29},
-                          {"calibration_leave_one_out_mm", 0.21},
-                          {"fiducials_found", 14},
-                          {"frames", 261},
-                          {"completeness", r == 3 ? 0.984 : 1.0},
-                          {"gaps", r == 3 ? 4 : 0},
-                          {"suspected_swaps", 0},
-                          {"pixel_error_px", 0.31},
-                          {"event_time_s", 0.2},
-                          {"event_time_sigma_s", 0.006},
-                          {"frames_per_second", 50.0},
-                          {"grade", r == 3 ? "fair" : "good"},
-                          {"warnings", r == 3 ? Json{"Particle 9 is hidden for 4 frames."} : Json::array()},
-                          {"annotated_frames",
-                           {fmt::format("tracks/{}.first.jpg", name), fmt::format("tracks/{}.last.jpg", name)}}});
+    replicates.push_back(
+        {{"name", name},
+         {"film", name + ".mp4"},
+         {"scale_px_per_mm", 1.1 + 0.001 * r},
+         {"calibration_rms_mm", 0.11 + 0.01 * r},
+         {"calibration_max_mm", 0.29},
+         {"calibration_leave_one_out_mm", 0.21},
+         {"fiducials_found", 14},
+         {"frames", 261},
+         {"completeness", r == 3 ? 0.984 : 1.0},
+         {"gaps", r == 3 ? 4 : 0},
+         {"suspected_swaps", 0},
+         {"pixel_error_px", 0.31},
+         {"event_time_s", 0.2},
+         {"event_time_sigma_s", 0.006},
+         {"frames_per_second", 50.0},
+         {"grade", r == 3 ? "fair" : "good"},
+         {"warnings", r == 3 ? Json{"Particle 9 is hidden for 4 frames."} : Json::array()},
+         {"annotated_frames",
+          {fmt::format("tracks/{}.first.jpg", name), fmt::format("tracks/{}.last.jpg", name)}}});
   }
   return {{"replicates", replicates}};
 }
 
 void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
-  Table bands({"frame", "time_s", "particle", "quantity", "replicate_mean", "lower_196", "upper_196", "lower_t",
-               "upper_t", "simulated_mean", "simulated_lower", "simulated_upper"});
+  Table bands({"frame",
+               "time_s",
+               "particle",
+               "quantity",
+               "replicate_mean",
+               "lower_196",
+               "upper_196",
+               "lower_t",
+               "upper_t",
+               "simulated_mean",
+               "simulated_lower",
+               "simulated_upper"});
   Table ranks({"frame", "time_s", "particle", "rank", "rank_student_t"});
-  Table agreement({"particle", "rank0", "rank1", "rank2", "rank3", "points", "percent", "percent_student_t"});
+  Table agreement(
+      {"particle", "rank0", "rank1", "rank2", "rank3", "points", "percent", "percent_student_t"});
   constexpr double student = 2.776 / 1.96;
   for (int p = 1; p <= particles; ++p) {
     std::array<int, 4> counts = {};
@@ -180,9 +216,10 @@ void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
     for (int f = 0; f < frames; ++f) {
       const double t = 0.2 * f;
       const double fallen = 0.046 * std::max(0.0, t - 0.12 * p / 3.0);
-      const std::array<double, 3> mean = {x0 * (0.45 + 0.55 * std::exp(-fallen / 0.08)),
-                                          z0 - fallen,
-                                          0.3 * p + 1.4 * std::tanh(fallen / 0.05) * (p % 2 == 0 ? 1 : -1)};
+      const std::array<double, 3> mean = {
+          x0 * (0.45 + 0.55 * std::exp(-fallen / 0.08)),
+          z0 - fallen,
+          0.3 * p + 1.4 * std::tanh(fallen / 0.05) * (p % 2 == 0 ? 1 : -1)};
       const std::array<double, 3> scale = {0.002, 0.002, 0.12};
       constexpr std::array<const char*, 3> names = {"x", "z", "angle"};
       int rank = 0;
@@ -193,18 +230,36 @@ void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
         const double simulated = mean[q] + drift[q];
         rank += std::abs(drift[q]) < half ? 1 : 0;
         rank_student += std::abs(drift[q]) < student * half ? 1 : 0;
-        bands.add({std::to_string(f), cell(t), std::to_string(p), names[q], cell(mean[q]), cell(mean[q] - half),
-                   cell(mean[q] + half), cell(mean[q] - student * half), cell(mean[q] + student * half),
-                   cell(simulated), cell(simulated - 1.8 * half), cell(simulated + 1.8 * half)});
+        bands.add({std::to_string(f),
+                   cell(t),
+                   std::to_string(p),
+                   names[q],
+                   cell(mean[q]),
+                   cell(mean[q] - half),
+                   cell(mean[q] + half),
+                   cell(mean[q] - student * half),
+                   cell(mean[q] + student * half),
+                   cell(simulated),
+                   cell(simulated - 1.8 * half),
+                   cell(simulated + 1.8 * half)});
       }
-      ranks.add({std::to_string(f), cell(t), std::to_string(p), std::to_string(rank), std::to_string(rank_student)});
+      ranks.add({std::to_string(f),
+                 cell(t),
+                 std::to_string(p),
+                 std::to_string(rank),
+                 std::to_string(rank_student)});
       ++counts[static_cast<std::size_t>(rank)];
       points_thesis += rank;
       points_student += rank_student;
     }
-    agreement.add({std::to_string(p), std::to_string(counts[0]), std::to_string(counts[1]), std::to_string(counts[2]),
-                   std::to_string(counts[3]), std::to_string(points_thesis),
-                   cell(100.0 * points_thesis / (3.0 * frames)), cell(100.0 * points_student / (3.0 * frames))});
+    agreement.add({std::to_string(p),
+                   std::to_string(counts[0]),
+                   std::to_string(counts[1]),
+                   std::to_string(counts[2]),
+                   std::to_string(counts[3]),
+                   std::to_string(points_thesis),
+                   cell(100.0 * points_thesis / (3.0 * frames)),
+                   cell(100.0 * points_student / (3.0 * frames))});
   }
   datasets::write_csv(folder.table("bands"), bands);
   datasets::write_csv(folder.table("ranks"), ranks);
@@ -212,8 +267,16 @@ void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
 }
 
 void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
-  Table evaluations({"evaluation", "stage", "friction_particle_particle", "friction_particle_wall", "restitution",
-                     "objective", "best", "agreement_percent", "failed", "seconds"});
+  Table evaluations({"evaluation",
+                     "stage",
+                     "friction_particle_particle",
+                     "friction_particle_wall",
+                     "restitution",
+                     "objective",
+                     "best",
+                     "agreement_percent",
+                     "failed",
+                     "seconds"});
   double best = 1e9;
   for (int i = 1; i <= 112; ++i) {
     const bool design = i <= 45;
@@ -222,12 +285,22 @@ void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
     const double y = (design ? 0.3 : 0.1712) + reach * wobble.next();
     const double a = (x - 0.1234) / 0.1;
     const double b = (y - 0.1712) / 0.12;
-    const double objective = 0.2389 + 0.08 * (a * a + b * b + 0.9 * a * b) + 0.004 * (1.0 + wobble.next());
+    const double objective =
+        0.2389 + 0.08 * (a * a + b * b + 0.9 * a * b) + 0.004 * (1.0 + wobble.next());
     const bool failed = i == 9 || i == 23 || i == 31;
     if (!failed) best = std::min(best, objective);
-    evaluations.add({std::to_string(i), design ? "design" : i <= 80 ? "polish 1" : "polish 2", cell(x), cell(y), "0.83",
-                     failed ? "" : cell(objective), best < 1e9 ? cell(best) : "", failed ? "" : cell(78.0 - 60.0 * (objective - 0.2389)),
-                     failed ? "1" : "0", "5.2"});
+    evaluations.add({std::to_string(i),
+                     design    ? "design"
+                     : i <= 80 ? "polish 1"
+                               : "polish 2",
+                     cell(x),
+                     cell(y),
+                     "0.83",
+                     cell(objective),
+                     best < 1e9 ? cell(best) : "",
+                     cell(78.0 - 60.0 * (objective - 0.2389)),
+                     failed ? "1" : "0",
+                     "5.2"});
   }
   datasets::write_csv(folder.table("evaluations"), evaluations);
 
@@ -241,13 +314,15 @@ void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
   Table bootstrap({"draw", "friction_particle_particle", "friction_particle_wall"});
   for (int i = 1; i <= 60; ++i) {
     const double common = wobble.next() + wobble.next();
-    bootstrap.add({std::to_string(i), cell(0.1234 + 0.007 * (common + wobble.next())),
+    bootstrap.add({std::to_string(i),
+                   cell(0.1234 + 0.007 * (common + wobble.next())),
                    cell(0.1712 - 0.008 * (common + wobble.next()))});
   }
   datasets::write_csv(folder.table("bootstrap"), bootstrap);
 
   Table profile({"parameter", "value", "objective", "sigma"});
-  for (const auto& [name, centre] : {std::pair{"friction_particle_particle", 0.1234}, {"friction_particle_wall", 0.1712}}) {
+  for (const auto& [name, centre] :
+       {std::pair{"friction_particle_particle", 0.1234}, {"friction_particle_wall", 0.1712}}) {
     for (int i = -4; i <= 4; ++i)
       profile.add({name, cell(centre + 0.02 * i), cell(0.2389 + 0.0045 * i * i), "0.0058"});
   }
@@ -269,7 +344,8 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
   Wobble wobble;
   write_json(folder.run(), run());
   write_json(folder.result(), result());
-  Json measured = {{"replicates", {"rep1", "rep2", "rep3", "rep4", "rep5"}}, {"particles", particles}};
+  Json measured = {{"replicates", {"rep1", "rep2", "rep3", "rep4", "rep5"}},
+                   {"particles", particles}};
   for (int f = 0; f < frames; ++f) measured["frames"].push_back(0.2 * f);
   write_json(folder.measured(), measured);
   write_json(folder.tracking(), tracking());

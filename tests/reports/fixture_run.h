@@ -1,4 +1,5 @@
-// A run folder with made-up numbers: every file that a calibration leaves behind, plausible in shape, true in nothing.
+// A run folder with made-up numbers: every file that a calibration leaves behind, plausible in
+// shape, true in nothing.
 #pragma once
 
 #include <filesystem>

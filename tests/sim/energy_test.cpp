@@ -17,7 +17,8 @@ Scene cloud(bool planar, const Surfaces& surfaces, unsigned seed) {
   scene.gravity.setZero();
   const int material = scene.add_material({1e8, 0.3});
   scene.surfaces.set(material, material, surfaces);
-  const int type = scene.add_type(make_clump(chain_of_spheres(3, 0.01, 0.012), {.density = 1500.0}));
+  const int type =
+      scene.add_type(make_clump(chain_of_spheres(3, 0.01, 0.012), {.density = 1500.0}));
   std::mt19937 random(seed);
   const auto part = [&] { return static_cast<double>(random()) / 2147483648.0 - 1.0; };
   for (int i = 0; i < 4; ++i) {
@@ -38,7 +39,8 @@ Scene cloud(bool planar, const Surfaces& surfaces, unsigned seed) {
 
 Vec3 linear_momentum(const Scene& scene, const State& state) {
   Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < state.velocity.size(); ++i) sum += scene.types[0].mass * state.velocity[i];
+  for (std::size_t i = 0; i < state.velocity.size(); ++i)
+    sum += scene.types[0].mass * state.velocity[i];
   return sum;
 }
 
@@ -62,7 +64,8 @@ TEST(Momentum, IsKeptInCollisions) {
     double contacts = simulation.run_until(0.2).mean_contacts;
     ASSERT_GT(contacts, 0.01);
     EXPECT_LT((linear_momentum(scene, simulation.state()) - linear).norm(), 1e-12 * linear_scale);
-    EXPECT_LT((angular_momentum(scene, simulation.state()) - angular).norm(), 1e-7 * linear_scale * 0.1);
+    EXPECT_LT((angular_momentum(scene, simulation.state()) - angular).norm(),
+              1e-7 * linear_scale * 0.1);
   }
 }
 

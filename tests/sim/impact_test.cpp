@@ -1,4 +1,5 @@
-// Impacts of single bodies: Hertz's closed form, restitution, and the tests of Chung and Ooi (2011).
+// Impacts of single bodies: Hertz's closed form, restitution, and the tests of Chung and Ooi
+// (2011).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,9 +34,10 @@ Scene flat_impact(const Impact& impact, int count, bool planar) {
   const int material = scene.add_material(impact.material);
   const int rigid = scene.add_material(rigid_material());
   scene.surfaces.set(material, rigid, impact.surfaces);
-  const int type = scene.add_type(
-      make_clump(chain_of_spheres(count, impact.radius, 2.0 * impact.radius), {.density = impact.density}));
-  scene.add_body(type, {0.0, 0.0, impact.radius * (1.0 + 1e-9)}, Quat::Identity(), {0.0, 0.0, -impact.speed});
+  const int type = scene.add_type(make_clump(
+      chain_of_spheres(count, impact.radius, 2.0 * impact.radius), {.density = impact.density}));
+  scene.add_body(
+      type, {0.0, 0.0, impact.radius * (1.0 + 1e-9)}, Quat::Identity(), {0.0, 0.0, -impact.speed});
   scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitZ(), {}, rigid));
   return scene;
 }
@@ -46,7 +48,8 @@ double duration_of(const Scene& scene, int count, double radius, double speed) {
   return hertz_impact(count * modulus, radius, scene.types[0].mass, speed).duration;
 }
 
-double rebound(const Impact& impact, int count, SimulationOptions options, bool planar, int steps = 200) {
+double rebound(
+    const Impact& impact, int count, SimulationOptions options, bool planar, int steps = 200) {
   const Scene scene = flat_impact(impact, count, planar);
   const double duration = duration_of(scene, count, impact.radius, impact.speed);
   options.time_step.largest = duration / steps;
@@ -69,7 +72,8 @@ TEST(Restitution, ComesOutAsAskedForAnyNumberOfContacts) {
         impact.surfaces.restitution = e;
         // 200 steps per contact, tolerance of the reference table
         EXPECT_NEAR(rebound(impact, count, {.tension = tension}, true), e, 2e-3)
-            << count << " contacts, tension " << (tension == Tension::clipped ? "clipped" : "allowed");
+            << count << " contacts, tension "
+            << (tension == Tension::clipped ? "clipped" : "allowed");
       }
     }
   }
@@ -90,7 +94,8 @@ TEST(Restitution, DoesNotDependOnTheSpeed) {
   }
 }
 
-// Specification 8: e = 0.72 asked, unclipped law, 1, 2, 3 and 9 contacts. Integrated figures, 2e-3 as above.
+// Specification 8: e = 0.72 asked, unclipped law, 1, 2, 3 and 9 contacts. Integrated figures, 2e-3
+// as above.
 TEST(Restitution, SharingOfDampingFollowsTheDerivedFigures) {
   Impact impact = kAluminiumOxide;
   impact.surfaces.restitution = 0.72;
@@ -99,7 +104,8 @@ TEST(Restitution, SharingOfDampingFollowsTheDerivedFigures) {
   const double inv_n[] = {0.720, 0.793, 0.828, 0.897};
   for (int i = 0; i < 4; ++i) {
     const SimulationOptions a{.tension = Tension::allowed, .damping_sharing = DampingSharing::none};
-    const SimulationOptions b{.tension = Tension::allowed, .damping_sharing = DampingSharing::inv_n};
+    const SimulationOptions b{.tension = Tension::allowed,
+                              .damping_sharing = DampingSharing::inv_n};
     EXPECT_NEAR(rebound(impact, counts[i], a, true), none[i], 2e-3);
     EXPECT_NEAR(rebound(impact, counts[i], b, true), inv_n[i], 2e-3);
   }
@@ -143,7 +149,8 @@ Deepest follow_impact(const Row& row, int steps_per_contact) {
     scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitZ(), {}, rigid));
   }
   SimulationOptions options;
-  options.time_step = {.fraction = 1.0, .impact_speed = 1e-6, .largest = duration / steps_per_contact};
+  options.time_step = {
+      .fraction = 1.0, .impact_speed = 1e-6, .largest = duration / steps_per_contact};
   Simulation simulation(scene, options);
   std::vector<double> overlap, force;
   Deepest result;
@@ -157,7 +164,8 @@ Deepest follow_impact(const Row& row, int steps_per_contact) {
     overlap.push_back(-gap);
     force.push_back(contacts.empty() ? 0.0 : contacts[0].normal_force);
   };
-  simulation.run_until(1.1 * duration, {.interval = duration / steps_per_contact, .observer = look});
+  simulation.run_until(1.1 * duration,
+                       {.interval = duration / steps_per_contact, .observer = look});
   result.overlap = peak_of(overlap);
   result.force = peak_of(force);
   return result;
@@ -174,7 +182,8 @@ TEST(ChungOoi, Tests1To3AgainstHertz) {
     EXPECT_NEAR(found.left_at / number(row, "t_contact_s"), 1.0, 1e-3);
     const Deepest coarse = follow_impact(row, 25), fine = follow_impact(row, 50);
     const double exact = number(row, "t_contact_s");
-    const double order = std::log2(std::abs(coarse.left_at - exact) / std::abs(fine.left_at - exact));
+    const double order =
+        std::log2(std::abs(coarse.left_at - exact) / std::abs(fine.left_at - exact));
     EXPECT_GE(order, 1.9);
   }
 }
@@ -187,7 +196,8 @@ struct Oblique {
 Oblique oblique_impact(double incidence_deg) {
   Impact impact = kAluminiumOxide;
   impact.surfaces = {.friction = 0.092, .restitution = 0.98};
-  const double vn = 3.9 * std::cos(incidence_deg * kDegree), vt = 3.9 * std::sin(incidence_deg * kDegree);
+  const double vn = 3.9 * std::cos(incidence_deg * kDegree),
+               vt = 3.9 * std::sin(incidence_deg * kDegree);
   impact.speed = vn;
   Scene scene = flat_impact(impact, 1, false);
   scene.bodies[0].velocity.x() = vt;
@@ -205,7 +215,8 @@ Oblique oblique_impact(double incidence_deg) {
 }
 
 TEST(ChungOoi, Test4GrossSliding) {
-  for (const Row& row : read_rows(bundled_reference("chung_ooi_impact/test4_gross_sliding_exact.csv"))) {
+  for (const Row& row :
+       read_rows(bundled_reference("chung_ooi_impact/test4_gross_sliding_exact.csv"))) {
     if (row.at("regime") != "sliding") continue;
     SCOPED_TRACE(row.at("incidence_deg"));
     const Oblique found = oblique_impact(number(row, "incidence_deg"));
@@ -216,13 +227,15 @@ TEST(ChungOoi, Test4GrossSliding) {
   }
 }
 
-// The whole range against the digitised curves of the paper; 3 % of the largest value (tolerance of the reference).
+// The whole range against the digitised curves of the paper; 3 % of the largest value (tolerance of
+// the reference).
 TEST(ChungOoi, Test4CurvesOfThePaper) {
   const auto compare = [](const std::string& file, const std::string& column, auto value) {
     const auto rows = read_rows(outside_reference("chung_ooi_impact/" + file));
     double largest = 0.0;
     for (const Row& row : rows) {
-      if (row.at("set") == "paper_dem_al_oxide") largest = std::max(largest, std::abs(number(row, column)));
+      if (row.at("set") == "paper_dem_al_oxide")
+        largest = std::max(largest, std::abs(number(row, column)));
     }
     for (const Row& row : rows) {
       if (row.at("set") != "paper_dem_al_oxide") continue;
@@ -233,8 +246,11 @@ TEST(ChungOoi, Test4CurvesOfThePaper) {
     return !rows.empty();
   };
   const bool there =
-      compare("test4_angular_velocity.csv", "omega_rad_s", [](const Oblique& o) { return o.spin; }) &&
-      compare("test4_rebound_angle.csv", "rebound_deg", [](const Oblique& o) { return o.rebound_deg; }) &&
+      compare(
+          "test4_angular_velocity.csv", "omega_rad_s", [](const Oblique& o) { return o.spin; }) &&
+      compare("test4_rebound_angle.csv",
+              "rebound_deg",
+              [](const Oblique& o) { return o.rebound_deg; }) &&
       compare("test4_tangential_restitution.csv", "et", [](const Oblique& o) {
         return o.tangential_restitution;
       });

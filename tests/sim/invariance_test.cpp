@@ -1,6 +1,6 @@
-// The same physics seen from elsewhere: turned, mirrored, renumbered, in space instead of the layer.
+// The same physics seen from elsewhere: turned, mirrored, renumbered, in space instead of the
+// layer.
 #include <gtest/gtest.h>
-
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 namespace graintruth::sim {
 namespace {
 
-// Half a second of the rig is chaotic; the first hundredths are not, and have every kind of contact in them.
+// Half a second of the rig is chaotic; the first hundredths are not, and have every kind of contact
+// in them.
 constexpr double kTime = 0.03;
 constexpr double kClose = 1e-10;  // m; round-off of 1e-17 m grown through some twenty contacts
 
@@ -101,14 +102,15 @@ RC_GTEST_PROP(Invariance, Renumbered, ()) {
   }
 }
 
-// Lengths x 2, densities the same, gravity x 1/2 and stiffness kept: with t x 2 every length doubles. (Froude and Cauchy
-// numbers both kept: v ~ 1, g ~ v^2/L, E ~ rho v^2.)
+// Lengths x 2, densities the same, gravity x 1/2 and stiffness kept: with t x 2 every length
+// doubles. (Froude and Cauchy numbers both kept: v ~ 1, g ~ v^2/L, E ~ rho v^2.)
 TEST(Invariance, ScaledScene) {
   Scene scene = relaxed_rig();
   for (Wall& wall : scene.walls) wall.motion.velocity.setZero();
   Scene large = scene;
   large.gravity *= 0.5;
-  large.types[0] = make_clump(chain_of_spheres(2, 2.0 * 0.022225, 2.0 * 0.02783), {.mass = 8.0 * 0.142});
+  large.types[0] =
+      make_clump(chain_of_spheres(2, 2.0 * 0.022225, 2.0 * 0.02783), {.mass = 8.0 * 0.142});
   for (Wall& wall : large.walls) {
     wall.from *= 2.0;
     wall.to *= 2.0;

@@ -1,7 +1,6 @@
 #include "sim/neighbours.h"
 
 #include <gtest/gtest.h>
-
 #include <rapidcheck/gtest.h>
 
 #include "sim/simulation.h"
@@ -18,7 +17,8 @@ void expect_all_pairs() {
   std::vector<double> radii;
   for (int i = 0; i < count; ++i) {
     Vec<D> centre;
-    for (int axis = 0; axis < D; ++axis) centre[axis] = spread * *rc::gen::inRange(-1000, 1000) / 1000.0;
+    for (int axis = 0; axis < D; ++axis)
+      centre[axis] = spread * *rc::gen::inRange(-1000, 1000) / 1000.0;
     centres.push_back(centre);
     radii.push_back(*rc::gen::inRange(1, 100) / 100.0);
   }

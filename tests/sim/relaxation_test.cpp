@@ -1,7 +1,6 @@
 #include "sim/relaxation.h"
 
 #include <gtest/gtest.h>
-
 #include <rapidcheck/gtest.h>
 
 #include "sim/simulation.h"
@@ -32,7 +31,8 @@ RC_GTEST_PROP(RelaxOverlaps, LeavesOnlyStaticOverlaps, ()) {
   RC_ASSERT(summary.largest_move < 6e-3);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     RC_ASSERT(scene.bodies[i].position.y() == 0.0);
-    RC_ASSERT((scene.bodies[i].position - before.bodies[i].position).norm() <= summary.largest_move);
+    RC_ASSERT((scene.bodies[i].position - before.bodies[i].position).norm() <=
+              summary.largest_move);
   }
   Scene again = before;
   relax_overlaps(again);
@@ -47,8 +47,10 @@ RC_GTEST_PROP(RelaxOverlaps, SettlingStartsGently, ()) {
   const auto look = [&](const State& state) {
     for (const Vec3& velocity : state.velocity) fastest = std::max(fastest, velocity.norm());
   };
-  RC_ASSERT(simulation.run_until(0.15, {.interval = 1e-3, .observer = look}).status == RunStatus::completed);
-  // Nothing falls farther than a few millimetres: sqrt(2 g h) = 0.4 m/s for 8 mm. An overlap left in would give metres.
+  RC_ASSERT(simulation.run_until(0.15, {.interval = 1e-3, .observer = look}).status ==
+            RunStatus::completed);
+  // Nothing falls farther than a few millimetres: sqrt(2 g h) = 0.4 m/s for 8 mm. An overlap left
+  // in would give metres.
   RC_ASSERT(fastest < 0.4);
 }
 

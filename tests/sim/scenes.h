@@ -12,8 +12,8 @@ struct PlanarPose {
   double x, z, angle;  // m, m, rad (picture sense)
 };
 
-// The rig of the micro-experiment as the laboratory recorded it: ten two-ball bodies in a V hopper over a column,
-// let down by a piston that sinks at 46 mm/s. Wall 4 is the piston.
+// The rig of the micro-experiment as the laboratory recorded it: ten two-ball bodies in a V hopper
+// over a column, let down by a piston that sinks at 46 mm/s. Wall 4 is the piston.
 inline Scene micro_rig(double friction = 0.1, double restitution = 0.85) {
   Scene scene;
   scene.planar = true;
@@ -21,14 +21,15 @@ inline Scene micro_rig(double friction = 0.1, double restitution = 0.85) {
   const int steel = scene.add_material(rigid_material());
   scene.surfaces.set(polymer, polymer, {friction, restitution});
   scene.surfaces.set(polymer, steel, {friction, restitution});
-  const int body = scene.add_type(
-      make_clump(chain_of_spheres(2, 0.022225, 0.02783), {.mass = 0.142}, polymer));
+  const int body =
+      scene.add_type(make_clump(chain_of_spheres(2, 0.022225, 0.02783), {.mass = 0.142}, polymer));
   const Vec2 left(-0.0675, 0.0), right(0.0675, 0.0);
   scene.add_wall(segment_wall({-0.0675, -0.28}, left, {}, steel));
   scene.add_wall(segment_wall({0.0675, -0.28}, right, {}, steel));
   scene.add_wall(segment_wall(left, {-0.240705081, 0.3}, {}, steel));
   scene.add_wall(segment_wall(right, {0.240705081, 0.3}, {}, steel));
-  scene.add_wall(segment_wall(left, right, {.velocity = {0.0, 0.0, -0.046}, .start_time = 0.2}, steel));
+  scene.add_wall(
+      segment_wall(left, right, {.velocity = {0.0, 0.0, -0.046}, .start_time = 0.2}, steel));
   constexpr std::array<PlanarPose, 10> start{{{0.04086, 0.0223, 0.0057},
                                               {-0.06764, 0.04468, 2.0941},
                                               {-0.01863, 0.03609, 1.6532},

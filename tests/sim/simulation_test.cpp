@@ -43,9 +43,11 @@ TEST(Determinism, WatchingChangesNothing) {
 TEST(Sampling, ObserverIsCalledAtWholeMultiples) {
   Simulation simulation(relaxed_rig());
   std::vector<double> times;
-  simulation.run_until(0.1, {.interval = 0.02, .observer = [&](const State& s) { times.push_back(s.time); }});
+  simulation.run_until(
+      0.1, {.interval = 0.02, .observer = [&](const State& s) { times.push_back(s.time); }});
   ASSERT_EQ(times.size(), 6u);
-  for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(times[i], 0.02 * static_cast<double>(i), 1e-12);
+  for (std::size_t i = 0; i < times.size(); ++i)
+    EXPECT_NEAR(times[i], 0.02 * static_cast<double>(i), 1e-12);
 }
 
 Scene one_ball(double velocity) {

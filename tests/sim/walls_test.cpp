@@ -1,9 +1,9 @@
 #include "sim/walls.h"
 
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
 #include <numbers>
-#include <rapidcheck/gtest.h>
 
 #include "sim/simulation.h"
 
@@ -20,18 +20,20 @@ TEST(SegmentWall, IsSeenAtItsFootOrItsEnd) {
 }
 
 TEST(PlaneWall, DistanceIsNegativeBehindIt) {
-  EXPECT_DOUBLE_EQ(look_at(plane_wall({0.0, 0.0, 1.0}, {0.0, 0.0, 2.0}), {7.0, 0.0, 0.5}).distance, -0.5);
+  EXPECT_DOUBLE_EQ(look_at(plane_wall({0.0, 0.0, 1.0}, {0.0, 0.0, 2.0}), {7.0, 0.0, 0.5}).distance,
+                   -0.5);
 }
 
-// A ball anywhere about a corner where `walls` meet has one contact when only the corner is near, and one for each
-// face under which it lies.
+// A ball anywhere about a corner where `walls` meet has one contact when only the corner is near,
+// and one for each face under which it lies.
 int contacts_of_ball_at(const Vec2& centre, const std::vector<Wall>& walls) {
   Scene scene;
   scene.planar = true;
   scene.gravity.setZero();
   scene.add_material({1e9, 0.3});
   const int rigid = scene.add_material(rigid_material());
-  scene.add_planar_body(scene.add_type(make_clump(chain_of_spheres(1, 1.0, 0.0), {.mass = 1.0})), centre, 0.0);
+  scene.add_planar_body(
+      scene.add_type(make_clump(chain_of_spheres(1, 1.0, 0.0), {.mass = 1.0})), centre, 0.0);
   for (Wall wall : walls) {
     wall.material = rigid;
     scene.add_wall(wall);
@@ -41,9 +43,11 @@ int contacts_of_ball_at(const Vec2& centre, const std::vector<Wall>& walls) {
 
 RC_GTEST_PROP(SegmentWall, ConvexCornerCountsOnce, ()) {
   // Two walls at the throat of the rig: the free side is the outer one
-  const std::vector<Wall> walls = {segment_wall({0.0, -5.0}, {0.0, 0.0}), segment_wall({0.0, 0.0}, {3.0, 5.0})};
+  const std::vector<Wall> walls = {segment_wall({0.0, -5.0}, {0.0, 0.0}),
+                                   segment_wall({0.0, 0.0}, {3.0, 5.0})};
   const double angle = *rc::gen::inRange(0, 1000) / 1000.0;
-  // Directions to the left of both walls, from just below the horizontal up to the normal of the upper wall
+  // Directions to the left of both walls, from just below the horizontal up to the normal of the
+  // upper wall
   const double direction = std::numbers::pi * (1.2 - 0.5 * angle);
   const Vec2 centre = 0.97 * Vec2(std::cos(direction), std::sin(direction));
   RC_ASSERT(contacts_of_ball_at(centre, walls) == 1);
@@ -51,13 +55,16 @@ RC_GTEST_PROP(SegmentWall, ConvexCornerCountsOnce, ()) {
 }
 
 TEST(SegmentWall, ConcaveCornerHasTwoFaces) {
-  const std::vector<Wall> walls = {segment_wall({0.0, 0.0}, {5.0, 0.0}), segment_wall({0.0, 0.0}, {0.0, 5.0})};
+  const std::vector<Wall> walls = {segment_wall({0.0, 0.0}, {5.0, 0.0}),
+                                   segment_wall({0.0, 0.0}, {0.0, 5.0})};
   EXPECT_EQ(contacts_of_ball_at({0.98, 0.98}, walls), 2);
 }
 
 TEST(SegmentWall, PistonEndOnAColumnWallDoesNotCount) {
-  // Piston from the column's face at half height; the ball lies above the throat and touches the column's end only
-  const std::vector<Wall> walls = {segment_wall({0.0, -5.0}, {0.0, 0.0}), segment_wall({-3.0, -0.2}, {0.0, -0.2})};
+  // Piston from the column's face at half height; the ball lies above the throat and touches the
+  // column's end only
+  const std::vector<Wall> walls = {segment_wall({0.0, -5.0}, {0.0, 0.0}),
+                                   segment_wall({-3.0, -0.2}, {0.0, -0.2})};
   EXPECT_EQ(contacts_of_ball_at({0.0, 0.97}, walls), 1);
   EXPECT_EQ(contacts_of_ball_at({0.3, 0.6}, walls), 1);
 }

@@ -8,14 +8,16 @@
 namespace graintruth::sim {
 namespace {
 
-// `count` touching balls of 1 cm with a given weight flat on a rigid plane, dropped from just above it.
+// `count` touching balls of 1 cm with a given weight flat on a rigid plane, dropped from just above
+// it.
 Simulation resting(int count, double weight, bool planar) {
   Scene scene;
   scene.planar = planar;
   const int material = scene.add_material({3.5e9, 0.3});
   const int rigid = scene.add_material(rigid_material());
   scene.surfaces.set(material, rigid, {.friction = 0.2, .restitution = 0.3});
-  const int type = scene.add_type(make_clump(chain_of_spheres(count, 0.01, 0.02), {.mass = weight / 9.81}));
+  const int type =
+      scene.add_type(make_clump(chain_of_spheres(count, 0.01, 0.02), {.mass = weight / 9.81}));
   scene.add_body(type, {0.0, 0.0, 0.01});
   scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitZ(), {}, rigid));
   Simulation simulation(scene, {.time_step = {.fraction = 0.3}});

@@ -42,7 +42,9 @@ inline std::vector<Row> read_rows(const std::filesystem::path& file) {
   return rows;
 }
 
-inline double number(const Row& row, const std::string& column) { return std::stod(row.at(column)); }
+inline double number(const Row& row, const std::string& column) {
+  return std::stod(row.at(column));
+}
 
 inline std::filesystem::path bundled_reference(const std::string& file) {
   return std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/references" / file;

@@ -1,0 +1,59 @@
+// The verbs of the program, each with what its command line says. main.cpp parses; the file that
+// bears a verb's name does it and returns the exit status: 0 done, 1 a requirement is not met.
+// Unusable input is thrown as datasets::InputError.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace graintruth::app {
+
+// What every verb understands.
+struct CommonOptions {
+  std::filesystem::path out;  // empty: out/<experiment name>
+  int jobs = 0;               // 0: all cores
+  std::uint64_t seed = 1;
+  bool quiet = false;
+  bool json = false;
+  std::string command_line;  // as typed, for run.json
+};
+
+struct CalibrateCommand {
+  CommonOptions common;
+  std::filesystem::path experiment;
+  int budget = 0;           // evaluations; 0: the default
+  double time_limit = 0.0;  // s; 0: none
+};
+int run_calibrate(const CalibrateCommand& command);
+
+struct TrackCommand {
+  CommonOptions common;
+  std::filesystem::path experiment;
+};
+int run_track(const TrackCommand& command);
+
+struct ValidateCommand {
+  CommonOptions common;
+  std::filesystem::path experiment;
+  std::filesystem::path parameters;
+  std::optional<double> require_agreement;  // percent, Student form
+  int runs = 10;                            // whose mean is scored
+};
+int run_validate(const ValidateCommand& command);
+
+struct ReproduceCommand {
+  CommonOptions common;
+  std::vector<std::string> targets;  // empty: all
+  bool list = false;
+};
+int run_reproduce(const ReproduceCommand& command);
+
+struct ReportCommand {
+  std::filesystem::path run_folder;
+};
+int run_report(const ReportCommand& command);
+
+}  // namespace graintruth::app

@@ -1,0 +1,12 @@
+// Where the program finds the thesis's tables.
+#pragma once
+
+#include <filesystem>
+
+namespace graintruth::app {
+
+// The folder datasets/: $GRAINTRUTH_DATA where set, else the first datasets/thesis found upwards
+// from the program. Throws datasets::InputError where there is none.
+std::filesystem::path data_folder();
+
+}  // namespace graintruth::app

@@ -1,0 +1,30 @@
+// Films of an experiment to tracks in a run folder: every film once, several at a time, nothing
+// done twice.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/progress.h"
+#include "datasets/experiment.h"
+#include "datasets/run_folder.h"
+#include "datasets/trajectories.h"
+
+namespace graintruth::app {
+
+struct TrackedFilms {
+  std::vector<datasets::Trajectories> tracks;       // in the order of the experiment file
+  std::map<std::string, std::string> input_hashes;  // file name -> content hash
+  std::vector<std::string> warnings;
+};
+
+// Tracks each replicate's film, or reads back what an earlier run left for the very same film and
+// rig; replicates given as CSV are read. Writes tracks/*, and tracking.json in the end. Throws
+// calibrate::Interrupted on Ctrl-C; films that were done by then stay done.
+TrackedFilms track_films(const datasets::Experiment& experiment,
+                         const datasets::RunFolder& folder,
+                         int jobs,
+                         ProgressLine& progress);
+
+}  // namespace graintruth::app

@@ -1,0 +1,17 @@
+// graintruth report: the page of a run, made anew from its folder.
+#include "reports/report.h"
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+
+namespace graintruth::app {
+
+int run_report(const ReportCommand& command) {
+  const datasets::RunFolder folder{command.run_folder};
+  reports::write_report(folder);
+  fmt::print("{}\n", folder.report().string());
+  return 0;
+}
+
+}  // namespace graintruth::app

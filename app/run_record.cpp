@@ -1,0 +1,116 @@
+#include "app/run_record.h"
+
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+namespace graintruth::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json bench_json(const datasets::BenchValue& bench) {
+  return {{"value", bench.value}, {"standard_uncertainty", bench.standard_uncertainty}};
+}
+
+Json rig_json(const datasets::Rig& rig) {
+  Json walls = Json::array();
+  for (const datasets::Wall& wall : rig.walls) {
+    walls.push_back({{"name", wall.name},
+                     {"from_x_m", wall.from_x},
+                     {"from_z_m", wall.from_z},
+                     {"to_x_m", wall.to_x},
+                     {"to_z_m", wall.to_z}});
+  }
+  Json json = {{"walls", walls},
+               {"front_back_gap_m", rig.front_back_gap},
+               {"gravity_m_per_s2", rig.gravity}};
+  if (rig.piston) {
+    json["piston"] = {{"face_z_m", rig.piston->face_z},
+                      {"left_x_m", rig.piston->left_x},
+                      {"right_x_m", rig.piston->right_x},
+                      {"half_width_m", 0.5 * (rig.piston->right_x - rig.piston->left_x)},
+                      {"velocity_z_m_per_s", rig.piston->velocity_z}};
+  }
+  return json;
+}
+
+Json configuration_json(const datasets::Experiment& experiment) {
+  Json spheres = Json::array();
+  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+    spheres.push_back({{"offset_m", sphere.offset}, {"radius_m", sphere.radius}});
+  }
+  Json fiducials = Json::array();
+  for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
+    fiducials.push_back(
+        {{"x_m", fiducial.x}, {"z_m", fiducial.z}, {"diameter_m", fiducial.diameter}});
+  }
+  Json tuned = Json::object();
+  for (const datasets::TunedParameter& parameter : experiment.tuned) {
+    tuned[parameter.name] = {{"lower", parameter.lower}, {"upper", parameter.upper}};
+  }
+  Json replicates = Json::array();
+  for (const datasets::Replicate& replicate : experiment.replicates) {
+    replicates.push_back(
+        {{"name", replicate.name},
+         {"file",
+          (replicate.video.empty() ? replicate.tracks : replicate.video).filename().string()}});
+  }
+  const datasets::Material& material = experiment.material;
+  return {{"title", experiment.title},
+          {"note", experiment.note},
+          {"particle",
+           {{"count", experiment.particle.count},
+            {"mass_kg", experiment.particle.mass},
+            {"spheres", spheres}}},
+          {"material",
+           {{"elastic_modulus_pa", material.elastic_modulus},
+            {"poisson_ratio", material.poisson_ratio},
+            {"friction_particle_particle", bench_json(material.friction_particle_particle)},
+            {"friction_particle_wall", bench_json(material.friction_particle_wall)},
+            {"restitution", bench_json(material.restitution)}}},
+          {"camera",
+           {{"frame_rate_hz", experiment.camera.frame_rate},
+            {"pixel_aspect", experiment.camera.pixel_aspect},
+            {"fiducials", fiducials}}},
+          {"measure",
+           {{"frame_interval_s", experiment.measurement.frame_interval},
+            {"frames", experiment.measurement.frames}}},
+          {"tune", tuned},
+          {"replicates", replicates}};
+}
+
+}  // namespace
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+void write_run_record(const datasets::RunFolder& folder,
+                      const CommonOptions& options,
+                      const datasets::Experiment& experiment,
+                      const RunRecord& record) {
+  Json stages = Json::array();
+  for (const calibrate::StageTime& stage : record.stages) {
+    stages.push_back({{"name", stage.name}, {"seconds", stage.seconds}});
+  }
+  const Json json = {{"version", GRAINTRUTH_VERSION},
+                     {"verb", record.verb},
+                     {"command", options.command_line},
+                     {"started_at", record.started_at},
+                     {"seed", options.seed},
+                     {"jobs", record.jobs},
+                     {"options", record.options},
+                     {"configuration", configuration_json(experiment)},
+                     {"rig", rig_json(experiment.rig)},
+                     {"input_hashes", record.input_hashes},
+                     {"stages", stages}};
+  datasets::write_whole(folder.run(), json.dump(2) + "\n");
+}
+
+}  // namespace graintruth::app

@@ -1,0 +1,30 @@
+// run.json: what was run, on what, with what, and how long each stage took.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "calibrate/calibration.h"
+#include "datasets/experiment.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::app {
+
+struct RunRecord {
+  std::string verb;
+  std::string started_at;  // UTC, ISO 8601
+  int jobs = 0;
+  std::map<std::string, std::string> input_hashes;
+  std::map<std::string, std::string> options;  // resolved, beyond those common to all verbs
+  std::vector<calibrate::StageTime> stages;
+};
+
+std::string utc_now();
+void write_run_record(const datasets::RunFolder& folder,
+                      const CommonOptions& options,
+                      const datasets::Experiment& experiment,
+                      const RunRecord& record);
+
+}  // namespace graintruth::app

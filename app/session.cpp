@@ -1,0 +1,86 @@
+#include "app/session.h"
+
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "app/interrupt.h"
+#include "calibrate/dem_simulator.h"
+#include "reports/report.h"
+
+namespace graintruth::app {
+
+namespace {
+
+std::filesystem::path folder_for(const CommonOptions& options,
+                                 const datasets::Experiment& experiment) {
+  return options.out.empty() ? std::filesystem::path("out") / experiment.name : options.out;
+}
+
+// Removes folders that hold nothing; a run that ended before its first result leaves none behind.
+void remove_if_empty(const datasets::RunFolder& folder) {
+  for (const auto& made : {folder.root / "tables", folder.root / "tracks", folder.root}) {
+    std::error_code error;
+    if (std::filesystem::is_empty(made, error) && !error) std::filesystem::remove(made, error);
+  }
+}
+
+}  // namespace
+
+Session::Session(std::string verb,
+                 const CommonOptions& options,
+                 const std::filesystem::path& experiment_file)
+    : options_(options),
+      progress_(options.quiet),
+      start_(std::chrono::steady_clock::now()),
+      experiment_(datasets::load_experiment(experiment_file)),
+      folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
+  record_.verb = std::move(verb);
+  record_.started_at = utc_now();
+  record_.jobs = options.jobs > 0
+                     ? options.jobs
+                     : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  catch_interrupts();
+}
+
+Session::~Session() { remove_if_empty(folder_); }
+
+void Session::track() {
+  const auto start = std::chrono::steady_clock::now();
+  films_ = track_films(experiment_, folder_, jobs(), progress_);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  record_.stages.push_back({"tracking", taken.count()});
+  record_.input_hashes = films_.input_hashes;
+  record_.input_hashes[experiment_.file.filename().string()] =
+      datasets::file_hash(experiment_.file);
+}
+
+calibrate::Problem Session::problem() const {
+  return calibrate::make_problem(experiment_, films_.tracks);
+}
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble(const calibrate::Problem& problem,
+                                                       calibrate::Journal& journal) const {
+  const calibrate::Simulator simulator =
+      calibrate::make_dem_simulator(experiment_, problem.starts, {.stop = is_interrupted});
+  return std::make_unique<calibrate::Ensemble>(
+      simulator, journal, problem.hash, problem.target, jobs());
+}
+
+void Session::finish() {
+  write_run_record(folder_, options_, experiment_, record_);
+  if (!std::filesystem::exists(folder_.result())) return;
+  reports::write_report(folder_);
+  if (options_.json) {
+    fmt::print("{}", datasets::read_whole(folder_.result()));
+    progress_.say(fmt::format("Report: {}", folder_.report().string()));
+  } else {
+    fmt::print("Report: {}\n", folder_.report().string());
+  }
+}
+
+double Session::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+}  // namespace graintruth::app

@@ -1,0 +1,51 @@
+// What calibrate, track and validate begin with: the experiment read, the run folder open, the
+// films tracked.
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "app/commands.h"
+#include "app/films.h"
+#include "app/run_record.h"
+#include "calibrate/problem.h"
+
+namespace graintruth::app {
+
+class Session {
+ public:
+  // Throws datasets::InputError for unusable input; then no folder is left that was not there
+  // before.
+  Session(std::string verb,
+          const CommonOptions& options,
+          const std::filesystem::path& experiment_file);
+  ~Session();
+
+  void track();
+  calibrate::Problem problem() const;
+  // The embedded simulator behind the journal of this run.
+  std::unique_ptr<calibrate::Ensemble> ensemble(const calibrate::Problem& problem,
+                                                calibrate::Journal& journal) const;
+
+  // Writes run.json, then makes the report where there is a result, and prints where it lies.
+  void finish();
+  double seconds() const;
+
+  const datasets::Experiment& experiment() const { return experiment_; }
+  const datasets::RunFolder& folder() const { return folder_; }
+  const TrackedFilms& films() const { return films_; }
+  ProgressLine& progress() { return progress_; }
+  RunRecord& record() { return record_; }
+  int jobs() const { return record_.jobs; }
+
+ private:
+  CommonOptions options_;
+  ProgressLine progress_;
+  std::chrono::steady_clock::time_point start_;
+  datasets::Experiment experiment_;
+  datasets::RunFolder folder_;
+  RunRecord record_;
+  TrackedFilms films_;
+};
+
+}  // namespace graintruth::app

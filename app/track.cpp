@@ -1,0 +1,36 @@
+// graintruth track: films to tracks, quality figures and overlays.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/session.h"
+
+namespace graintruth::app {
+
+int run_track(const TrackCommand& command) {
+  Session session("track", command.common, command.experiment);
+  session.track();
+  write_run_record(session.folder(), command.common, session.experiment(), session.record());
+  const std::string tracking = datasets::read_whole(session.folder().tracking());
+  if (command.common.json) {
+    fmt::print("{}", tracking);
+    return 0;
+  }
+  for (const auto& film : nlohmann::json::parse(tracking)["replicates"]) {
+    fmt::print(
+        "{}: {}, {} frames, {:.2f} % of all poses found, calibration {:.3f} mm rms, event at "
+        "{:.4f} s of film\n",
+        film["name"].get<std::string>(),
+        film["grade"].get<std::string>(),
+        film["frames"].get<int>(),
+        100.0 * film["completeness"].get<double>(),
+        film["calibration_rms_mm"].get<double>(),
+        film["event_time_s"].get<double>());
+    for (const auto& warning : film["warnings"])
+      fmt::print("  warning: {}\n", warning.get<std::string>());
+  }
+  fmt::print("Tracks and overlays: {}\n", (session.folder().root / "tracks").string());
+  return 0;
+}
+
+}  // namespace graintruth::app

@@ -1,0 +1,61 @@
+// graintruth validate: how well given parameters agree with the films; nothing is tuned.
+#include <fmt/format.h>
+
+#include "app/session.h"
+#include "calibrate/dem_simulator.h"
+#include "calibrate/result_files.h"
+
+namespace graintruth::app {
+
+int run_validate(const ValidateCommand& command) {
+  Session session("validate", command.common, command.experiment);
+  const calibrate::ParameterSet bench = calibrate::bench_parameters(session.experiment());
+  const calibrate::ParameterSet parameters = calibrate::load_parameters(command.parameters, bench);
+  session.track();
+  const calibrate::Problem problem = session.problem();
+  calibrate::Journal journal(session.folder().journal());
+  const auto ensemble = session.ensemble(problem, journal);
+
+  // 1. The same fraction of the time step as the calibration found, where the parameter file is its
+  // result
+  calibrate::ValidationResult result{.parameters = parameters};
+  result.time_step_fraction =
+      calibrate::load_time_step_fraction(command.parameters)
+          .value_or(calibrate::largest_time_step_fraction(session.experiment()));
+  // 2. The score of the mean of fresh runs
+  result.score = calibrate::score(
+      problem,
+      *ensemble,
+      "validation",
+      {parameters, result.time_step_fraction},
+      calibrate::make_seeds(command.common.seed, "confirmation", command.runs),
+      [&](int done, int total, bool) {
+        session.progress().show("simulating", static_cast<double>(done) / total, "");
+      });
+  result.context = calibrate::score_context(problem, command.runs);
+  result.warnings = session.films().warnings;
+  calibrate::write_validation(session.folder(), problem, result, session.seconds());
+  calibrate::write_journal_csv(session.folder().journal_csv(), journal);
+  session.record().options = {{"runs", std::to_string(command.runs)}};
+
+  if (!command.common.json) {
+    fmt::print(
+        "Agreement {:.1f} % (Student t; ceiling {:.1f} %), {:.1f} % in the thesis's form (ceiling "
+        "{:.1f} %)\n",
+        result.score.student.percent,
+        result.context.student_ceiling,
+        result.score.thesis.percent,
+        result.context.thesis_ceiling);
+  }
+  session.finish();
+  if (command.require_agreement && !(result.score.student.percent >= *command.require_agreement)) {
+    fmt::print(stderr,
+               "The agreement of {:.1f} % is below the required {:.1f} %.\n",
+               result.score.student.percent,
+               *command.require_agreement);
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace graintruth::app

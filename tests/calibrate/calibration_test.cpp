@@ -1,0 +1,134 @@
+// Twins: truth in, truth out within the stated interval, on a model whose every result is known.
+#include "calibrate/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/calibrate/toy_experiment.h"
+#include "tests/support/temporary_folder.h"
+
+namespace graintruth::calibrate {
+namespace {
+
+using tests::TemporaryFolder;
+
+CalibrationResult calibrated(const Simulator& simulator,
+                             const Problem& problem,
+                             const CalibrationOptions& options) {
+  const TemporaryFolder folder;
+  Journal journal(folder / "j.db");
+  Ensemble ensemble(simulator, journal, problem.hash, problem.target, options.jobs);
+  return calibrate(problem, ensemble, options);
+}
+
+CalibrationOptions quick(std::uint64_t seed) {
+  return {
+      .seed = seed, .jobs = 2, .budget = 60, .search_seeds = 5, .largest_time_step_fraction = 0.05};
+}
+
+TEST(Calibrate, RecoversAKnownTruthAndSaysWhatItCannotSee) {
+  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const Problem problem = toy::problem(truth, 5, 11);
+  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+  ASSERT_EQ(result.calibrated.size(), 3U);
+  for (const CalibratedParameter& parameter : result.calibrated) {
+    if (parameter.name == "restitution") {
+      EXPECT_EQ(parameter.status, ParameterStatus::not_identified);
+      EXPECT_FALSE(parameter.interval.has_value());
+      EXPECT_EQ(parameter.value, parameter.bench);
+      continue;
+    }
+    const double expected = value_of(truth.parameters, parameter.name);
+    EXPECT_EQ(parameter.status, ParameterStatus::tuned) << parameter.name;
+    ASSERT_TRUE(parameter.interval.has_value());
+    EXPECT_NEAR(parameter.value, expected, 0.05) << parameter.name;
+    EXPECT_LE(parameter.interval->lower, expected) << parameter.name;
+    EXPECT_GE(parameter.interval->upper, expected) << parameter.name;
+  }
+  // The toy's replicates differ by offsets that last for the whole run, so the score is far from
+  // 750 independent tests; the ceiling still is its mean over such experiments.
+  EXPECT_GT(result.score.student.percent, 60.0);
+  EXPECT_EQ(result.failed, 0);
+  EXPECT_LE(static_cast<int>(result.evaluations.size()), 60);
+}
+
+TEST(Calibrate, ItsIntervalsHoldTheTruthAboutAsOftenAsTheySay) {
+  constexpr int twins = 30;
+  int held = 0;
+  int asked = 0;
+  for (int twin = 0; twin < twins; ++twin) {
+    const auto seed = static_cast<std::uint64_t>(twin);
+    const double share = (twin + 0.5) / twins;
+    const toy::Truth truth{.parameters = {0.05 + 0.5 * share, 0.6 - 0.5 * share, 0.7},
+                           .noise = 0.001};
+    const CalibrationResult result =
+        calibrated(toy::simulator(truth.noise), toy::problem(truth, 5, 100 + seed), quick(seed));
+    for (const CalibratedParameter& parameter : result.calibrated) {
+      if (!parameter.interval) continue;
+      const double expected = value_of(truth.parameters, parameter.name);
+      ++asked;
+      held += parameter.interval->lower <= expected && expected <= parameter.interval->upper;
+    }
+  }
+  // Of 60 intervals at 95 %, fewer than 51 hold the truth with probability below 0.1 % (binomial).
+  EXPECT_GE(asked, 55);
+  EXPECT_GE(held, asked * 51 / 60) << held << " of " << asked;
+}
+
+TEST(Calibrate, IsTheSameForAnyNumberOfThreadsAndOnResuming) {
+  const Problem problem = toy::problem({}, 5, 3);
+  CalibrationOptions options = quick(5);
+  const CalibrationResult two = calibrated(toy::simulator(0.002), problem, options);
+  options.jobs = 1;
+  // Interrupted after 100 simulations, then run again on the same journal.
+  const TemporaryFolder folder;
+  Journal journal(folder / "j.db");
+  int left = 100;
+  const Simulator interrupted = [&left](const SimulationRequest& request) {
+    if (left-- == 0) throw Interrupted();
+    return toy::simulator(0.002)(request);
+  };
+  Ensemble first(interrupted, journal, problem.hash, problem.target, 1);
+  EXPECT_THROW(calibrate(problem, first, options), Interrupted);
+  Ensemble second(toy::simulator(0.002), journal, problem.hash, problem.target, 1);
+  const CalibrationResult resumed = calibrate(problem, second, options);
+  EXPECT_EQ(resumed.parameters.friction_particle_particle,
+            two.parameters.friction_particle_particle);
+  EXPECT_EQ(resumed.parameters.friction_particle_wall, two.parameters.friction_particle_wall);
+  EXPECT_EQ(resumed.score.evaluation.objective, two.score.evaluation.objective);
+  EXPECT_EQ(resumed.calibrated[0].interval->lower, two.calibrated[0].interval->lower);
+  EXPECT_EQ(static_cast<int>(journal.rows().size()), 100 + second.simulated());
+}
+
+TEST(Calibrate, LivesThroughFailuresAndCountsThem) {
+  const Problem problem = toy::problem({}, 5, 3);
+  const Simulator sometimes_fails = [](const SimulationRequest& request) {
+    SimulatedRun run = toy::simulator(0.002)(request);
+    if (request.parameters.friction_particle_particle > 0.5) {
+      run.status = RunStatus::unstable;
+      run.message = "a particle moved too far";
+    }
+    return run;
+  };
+  const CalibrationResult result = calibrated(sometimes_fails, problem, quick(2));
+  EXPECT_GT(result.failed, 0);
+  EXPECT_NEAR(result.parameters.friction_particle_particle, 0.2, 0.08);
+}
+
+TEST(Calibrate, GivesUpWithASentenceWhenAllFails) {
+  const Problem problem = toy::problem({}, 5, 3);
+  const Simulator fails = [](const SimulationRequest& request) {
+    SimulatedRun run = toy::simulator(0.002)(request);
+    run.status = RunStatus::unstable;
+    run.message = "a particle moved too far";
+    return run;
+  };
+  try {
+    calibrated(fails, problem, quick(2));
+    FAIL() << "nothing was thrown";
+  } catch (const TooManyFailures& error) {
+    EXPECT_NE(std::string(error.what()).find("a particle moved too far"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace graintruth::calibrate

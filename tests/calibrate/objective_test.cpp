@@ -1,0 +1,59 @@
+#include "calibrate/objective.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/calibrate/toy_experiment.h"
+
+namespace graintruth::calibrate {
+namespace {
+
+datasets::Trajectories shifted(datasets::Trajectories tracks, double x) {
+  for (datasets::Pose& pose : tracks.poses) pose.x += x;
+  return tracks;
+}
+
+TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
+  const Problem problem = toy::problem({}, 5, 1);
+  const auto [replicates, widths] = problem.target;
+  const datasets::Trajectories mean = mean_track(replicates);
+  EXPECT_NEAR(objective(replicates, widths, mean), 0.0, 1e-12);
+  double last = 0.0;
+  for (const double shift : {1e-4, 1e-3, 1e-2, 1e-1}) {
+    const double value = objective(replicates, widths, shifted(mean, shift));
+    EXPECT_GT(value, last);
+    last = value;
+  }
+}
+
+TEST(Objective, GrowsLinearlyFarOut) {
+  const Problem problem = toy::problem({}, 5, 1);
+  const auto [replicates, widths] = problem.target;
+  const datasets::Trajectories mean = mean_track(replicates);
+  const double once = objective(replicates, widths, shifted(mean, 10.0));
+  const double twice = objective(replicates, widths, shifted(mean, 20.0));
+  EXPECT_NEAR(twice / once, 2.0, 1e-3);
+}
+
+TEST(Objective, IsFiniteForAModelThatSawNothing) {
+  const Problem problem = toy::problem({}, 5, 1);
+  const auto [replicates, widths] = problem.target;
+  const double rest = objective_of_rest(replicates, widths);
+  EXPECT_TRUE(std::isfinite(rest));
+  EXPECT_GT(rest, 1.0);
+}
+
+TEST(SmoothHalfWidths, NeverFallBelowTheMeasurementsError) {
+  std::vector<datasets::Trajectories> alike(5, toy::run({0.2, 0.3, 0.7}, 0.0, 1));
+  for (datasets::Trajectories& track : alike)
+    track.sigmas.assign(track.poses.size(), {1e-3, 2e-3, 3e-3});
+  const HalfWidths widths = smooth_half_widths(measure(alike), alike);
+  for (const auto& width : widths.half_width) {
+    EXPECT_NEAR(width[0], 1e-3, 1e-12);
+    EXPECT_NEAR(width[2], 3e-3, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace graintruth::calibrate

@@ -1,0 +1,53 @@
+#include "calibrate/surrogate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace graintruth::calibrate {
+namespace {
+
+double smooth(const UnitPoint& x) {
+  return std::sin(3.0 * x[0]) + 2.0 * (x[1] - 0.4) * (x[1] - 0.4);
+}
+
+Surrogate fitted(const std::vector<UnitPoint>& points, double noise) {
+  std::vector<double> values;
+  for (const UnitPoint& point : points) values.push_back(smooth(point));
+  return Surrogate(points, values, std::vector<double>(points.size(), noise));
+}
+
+TEST(LowDiscrepancyPoints, FillTheCubeMoreEvenlyThanChance) {
+  const auto points = low_discrepancy_points(64, 2, 5);
+  int cells[4][4] = {};
+  for (const UnitPoint& point : points) {
+    ASSERT_GE(point[0], 0.0);
+    ASSERT_LT(point[0], 1.0);
+    ++cells[static_cast<int>(4 * point[0])][static_cast<int>(4 * point[1])];
+  }
+  for (const auto& row : cells) {
+    for (const int count : row) EXPECT_NEAR(count, 4, 2);
+  }
+  EXPECT_EQ(low_discrepancy_points(8, 3, 1), low_discrepancy_points(8, 3, 1));
+  EXPECT_NE(low_discrepancy_points(8, 3, 1), low_discrepancy_points(8, 3, 2));
+}
+
+TEST(Surrogate, PredictsASmoothFunctionBetweenItsPoints) {
+  const Surrogate surrogate = fitted(low_discrepancy_points(40, 2, 1), 1e-4);
+  for (const UnitPoint& place : {UnitPoint{0.31, 0.62}, UnitPoint{0.7, 0.2}, UnitPoint{0.5, 0.5}}) {
+    EXPECT_NEAR(surrogate.predict(std::vector{place}).front(), smooth(place), 0.02);
+  }
+  EXPECT_LT(surrogate.leave_one_out_error(), 0.1 * surrogate.value_spread());
+}
+
+TEST(Surrogate, ItsWeightsReproduceAConstant) {
+  const Surrogate surrogate = fitted(low_discrepancy_points(20, 2, 1), 1e-3);
+  const std::vector<double> weights =
+      surrogate.prediction_weights(std::vector<UnitPoint>{{0.1, 0.9}});
+  double sum = 0.0;
+  for (const double weight : weights) sum += weight;
+  EXPECT_NEAR(sum, 1.0, 1e-8);
+}
+
+}  // namespace
+}  // namespace graintruth::calibrate

@@ -1,0 +1,152 @@
+#include "datasets/experiment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "datasets/input_error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace graintruth::datasets {
+namespace {
+
+using tests::TemporaryFolder;
+
+std::string bundled_text() {
+  std::ifstream stream(GRAINTRUTH_SOURCE_DIR "/datasets/micro/experiment.toml");
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// The bundled experiment with one piece of text replaced, and what the loader says of it.
+std::string complaint_about(const std::string& from, const std::string& to) {
+  const TemporaryFolder folder;
+  for (int i = 1; i <= 5; ++i) folder.write("rep" + std::to_string(i) + ".mp4", "");
+  std::string text = bundled_text();
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  try {
+    load_experiment(folder.write("experiment.toml", text));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+#define EXPECT_CONTAINS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+
+TEST(LoadExperiment, TheBundledOneIsInSiUnits) {
+  const Experiment experiment =
+      load_experiment(GRAINTRUTH_SOURCE_DIR "/datasets/micro/experiment.toml");
+  EXPECT_EQ(experiment.name, "micro");
+  EXPECT_EQ(experiment.particle.count, 10);
+  EXPECT_NEAR(experiment.particle.mass, 0.142, 1e-15);
+  ASSERT_EQ(experiment.particle.spheres.size(), 2U);
+  EXPECT_NEAR(experiment.particle.spheres[1].offset - experiment.particle.spheres[0].offset,
+              0.02783,
+              1e-12);
+  EXPECT_NEAR(experiment.material.elastic_modulus, 6.89e9, 1.0);
+  ASSERT_TRUE(experiment.rig.piston.has_value());
+  EXPECT_NEAR(experiment.rig.piston->velocity_z, -0.046, 1e-15);
+  // The walls of geometry.toml: a column 135 mm wide under a V of 60 degrees, 300 mm high.
+  ASSERT_EQ(experiment.rig.walls.size(), 4U);
+  EXPECT_NEAR(experiment.rig.walls[2].to_x, -0.240705081, 1e-9);
+  EXPECT_NEAR(experiment.rig.walls[2].to_z, 0.3, 1e-12);
+  EXPECT_EQ(experiment.camera.fiducials.size(), 14U);
+  EXPECT_EQ(experiment.starts.size(), 10U);
+  EXPECT_EQ(experiment.replicates.size(), 5U);
+  EXPECT_EQ(experiment.replicates[4].name, "rep5");
+}
+
+TEST(LoadExperiment, AnglesMayBeInDegreesOrRadians) {
+  EXPECT_EQ(complaint_about("slope_angle_deg = 60 ", "slope_angle_rad = 1.0471975511965976 "), "");
+}
+
+TEST(LoadExperiment, AnUnknownKeyIsNamedWithTheNearestThatExists) {
+  const std::string sentence = complaint_about("front_back_gap_mm", "front_bck_gap_mm");
+  EXPECT_CONTAINS(sentence, "rig.front_bck_gap_mm");
+  const std::string typo =
+      complaint_about("poisson_ratio = 0.35", "poisson_ratio = 0.35\npoison_ratio = 0.3");
+  EXPECT_CONTAINS(typo, "material.poison_ratio");
+  EXPECT_CONTAINS(typo, "'poisson_ratio'");
+  EXPECT_CONTAINS(typo, "experiment.toml:");
+}
+
+TEST(LoadExperiment, AWrongUnitIsNamedWithThoseThatFit) {
+  const std::string sentence = complaint_about("mass_g = 142", "mass_mm = 142");
+  EXPECT_CONTAINS(sentence, "mass_mm");
+  EXPECT_CONTAINS(sentence, "mass_kg");
+}
+
+TEST(LoadExperiment, AMissingKeyIsNamed) {
+  EXPECT_CONTAINS(complaint_about("frame_rate_hz = 50", ""), "camera.frame_rate_hz");
+}
+
+TEST(LoadExperiment, TheSameQuantityInTwoUnitsIsRefused) {
+  EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = 142\nmass_kg = 0.142"), "second time");
+}
+
+TEST(LoadExperiment, ImpossiblePhysicsIsRefused) {
+  EXPECT_CONTAINS(
+      complaint_about("friction_particle_particle = 0.36", "friction_particle_particle = -0.1"),
+      "friction");
+  EXPECT_CONTAINS(complaint_about("restitution = 0.83", "restitution = 1.2"), "restitution");
+  EXPECT_CONTAINS(complaint_about("poisson_ratio = 0.35", "poisson_ratio = 0.5"), "Poisson");
+  EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = 0"), "above 0");
+  EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = nan"), "mass_g");
+  EXPECT_CONTAINS(complaint_about("{lower = 0.0, upper = 0.6}", "{lower = 0.6, upper = 0.1}"),
+                  "above lower");
+  EXPECT_CONTAINS(complaint_about("slope_angle_deg = 60", "slope_angle_deg = 95"), "90 degrees");
+}
+
+TEST(LoadExperiment, TextWhereANumberBelongsIsRefused) {
+  EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = \"142\""), "text");
+}
+
+TEST(LoadExperiment, ThreeFiducialsAreTooFew) {
+  std::string text = bundled_text();
+  const auto from = text.find("fiducials_mm = [");
+  const auto to = text.find("]\n\n", from) + 1;
+  const std::string sentence =
+      complaint_about(text.substr(from, to - from), "fiducials_mm = [[0, 0], [100, 0], [0, 100]]");
+  EXPECT_CONTAINS(sentence, "3 fiducials");
+  EXPECT_CONTAINS(sentence, "at least 4");
+}
+
+TEST(LoadExperiment, OneReplicateIsTooFew) {
+  std::string text = bundled_text();
+  const auto from = text.find("[[replicate]]\nvideo = \"rep2.mp4\"");
+  const auto to = text.find("# Nominal starting places");
+  const std::string sentence = complaint_about(text.substr(from, to - from), "");
+  EXPECT_CONTAINS(sentence, "at least 2 replicates");
+}
+
+TEST(LoadExperiment, AMissingFilmIsNamed) {
+  EXPECT_CONTAINS(complaint_about("rep3.mp4", "rep33.mp4"), "rep33.mp4");
+}
+
+TEST(LoadExperiment, ADoubledReplicateIsRefused) {
+  EXPECT_CONTAINS(complaint_about("rep3.mp4", "rep2.mp4"), "second replicate called 'rep2'");
+}
+
+TEST(LoadExperiment, StartingPlacesMustBeAsManyAsParticles) {
+  EXPECT_CONTAINS(complaint_about("count = 10", "count = 9"), "10 starting places for 9 particles");
+}
+
+TEST(LoadExperiment, BrokenTomlIsNamedWithItsLine) {
+  EXPECT_CONTAINS(complaint_about("[particle]", "[particle"), "experiment.toml:");
+}
+
+TEST(ReadParameterTable, KnowsItsNamesAndRefusesOthers) {
+  const TemporaryFolder folder;
+  const auto values =
+      read_parameter_table(folder.write("p.toml", "friction_particle_wall = 0.2\n"));
+  EXPECT_EQ(values.at("friction_particle_wall"), 0.2);
+  EXPECT_EQ(values.size(), 1U);
+  EXPECT_THROW(read_parameter_table(folder.write("q.toml", "friction = 0.2\n")), InputError);
+  EXPECT_THROW(read_parameter_table(folder.write("r.toml", "restitution = 0\n")), InputError);
+}
+
+}  // namespace
+}  // namespace graintruth::datasets

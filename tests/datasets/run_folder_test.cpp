@@ -1,0 +1,45 @@
+#include "datasets/run_folder.h"
+
+#include <gtest/gtest.h>
+
+#include "datasets/input_error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace graintruth::datasets {
+namespace {
+
+using tests::TemporaryFolder;
+
+TEST(WriteWhole, ReplacesTheFileAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  write_whole(folder / "a.txt", "old");
+  write_whole(folder / "a.txt", "new");
+  EXPECT_EQ(read_whole(folder / "a.txt"), "new");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(WriteWhole, RefusesAFolderThatDoesNotExist) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(write_whole(folder / "absent" / "a.txt", "x"), InputError);
+}
+
+TEST(OpenRunFolder, RefusesAPlaceWhereAFileStands) {
+  const TemporaryFolder folder;
+  folder.write("taken", "x");
+  EXPECT_THROW(open_run_folder(folder / "taken"), InputError);
+}
+
+TEST(ContentHash, IsFnv1aOf64Bits) {
+  // Published values of the hash for "" and "a".
+  EXPECT_EQ(content_hash(""), "cbf29ce484222325");
+  EXPECT_EQ(content_hash("a"), "af63dc4c8601ec8c");
+}
+
+TEST(FileHash, IsThatOfTheContent) {
+  const TemporaryFolder folder;
+  const std::string content(3 << 20, 'g');
+  EXPECT_EQ(file_hash(folder.write("big", content)), content_hash(content));
+}
+
+}  // namespace
+}  // namespace graintruth::datasets

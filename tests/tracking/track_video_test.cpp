@@ -1,0 +1,285 @@
+// Drawn films with known truth, whole pipeline. Positions are compared with the drawn midpoints.
+#include "tracking/track_video.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <thread>
+
+#include "datasets/input_error.h"
+#include "tracking/synthetic_video.h"
+
+namespace graintruth::tracking {
+namespace {
+
+constexpr double frame_rate = 50.0;
+constexpr double onset = 0.2437;  // s of film, between two frames
+constexpr double speed = -0.046;
+constexpr int frames = 45;
+
+// Four bodies in a column over a piston, eight dots beside it.
+SyntheticScene make_scene() {
+  SyntheticScene scene;
+  datasets::Experiment& experiment = scene.experiment;
+  experiment.file = "drawn.toml";
+  experiment.particle = {4, {{-0.0139, 0.0222}, {0.0139, 0.0222}}, 0.14};
+  experiment.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2}, {"right", 0.085, -0.12, 0.085, 0.2}};
+  experiment.rig.piston = datasets::Piston{-0.03, -0.085, 0.085, speed};
+  experiment.camera.frame_rate = frame_rate;
+  for (const double x : {-0.2, 0.2})
+    for (const double z : {-0.1, -0.02, 0.07, 0.15}) experiment.camera.fiducials.push_back({x, z, 0.014});
+  experiment.starts = {{-0.045, -0.0076, 0.02}, {0.043, -0.0074, 3.1}, {-0.03, 0.05, 1.1}, {0.04, 0.055, 2.3}};
+  scene.camera = make_camera(448, 336, 0.004, 0.02, 1.5, 950.0, -0.2, 0.01);
+  scene.paints = {{0.1F, 0.1F, 0.7F}, {0.1F, 0.65F, 0.8F}, {0.6F, 0.2F, 0.15F}, {0.06F, 0.06F, 0.06F}};
+  return scene;
+}
+
+double sunk(int frame) { return speed * std::max(0.0, frame / frame_rate - onset); }
+
+// All sink with the piston; the upper two turn and slide a little as well.
+std::vector<BodyPose> poses_at(const SyntheticScene& scene, int frame) {
+  std::vector<BodyPose> poses;
+  const double since = std::max(0.0, frame / frame_rate - onset);
+  for (std::size_t body = 0; body < scene.experiment.starts.size(); ++body) {
+    const auto& start = scene.experiment.starts[body];
+    BodyPose pose{start.x + 0.0002, start.z, start.angle};
+    pose.z += sunk(frame);
+    if (body == 2) pose.angle += 0.3 * since;
+    if (body == 3) pose.x += 0.01 * since;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+std::vector<cv::Mat> draw(const SyntheticScene& scene, int count = frames) {
+  std::vector<cv::Mat> pictures;
+  for (int k = 0; k < count; ++k)
+    pictures.push_back(draw_frame(scene, poses_at(scene, k), scene.experiment.rig.piston->face_z + sunk(k), k));
+  return pictures;
+}
+
+std::filesystem::path temporary(const std::string& name) {
+  return std::filesystem::temp_directory_path() /
+         ("graintruth_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + name);
+}
+
+TrackedFilm track(const datasets::Experiment& experiment, const std::vector<cv::Mat>& pictures) {
+  datasets::Replicate replicate;
+  replicate.name = "drawn";
+  replicate.video = temporary("film.avi");
+  write_film(replicate.video, pictures, frame_rate);
+  struct Remove {
+    std::filesystem::path file;
+    ~Remove() { std::filesystem::remove(file); }
+  } remove{replicate.video};
+  return track_video(experiment, replicate);
+}
+
+// The same drawn film serves all tests that only read it.
+const std::vector<cv::Mat>& film() {
+  static const std::vector<cv::Mat> pictures = draw(make_scene());
+  return pictures;
+}
+
+struct Errors {
+  double position_px = 0.0;  // rms per axis
+  double angle = 0.0;        // rad, rms
+  double normalised = 0.0;   // rms of error over sigma, x and z
+  int seen = 0;
+};
+
+Errors errors_of(const SyntheticScene& scene, const datasets::Trajectories& tracks) {
+  Errors errors;
+  for (std::size_t k = 0; k < tracks.frames(); ++k) {
+    const std::vector<BodyPose> truth = poses_at(scene, static_cast<int>(k));
+    for (std::size_t body = 0; body < truth.size(); ++body) {
+      const std::size_t i = tracks.index(k, body);
+      if (!std::isfinite(tracks.poses[i].x)) continue;
+      const double x = tracks.poses[i].x - truth[body].x, z = tracks.poses[i].z - truth[body].z;
+      errors.position_px += x * x + z * z;
+      errors.normalised += std::pow(x / tracks.sigmas[i].x, 2) + std::pow(z / tracks.sigmas[i].z, 2);
+      errors.angle += std::pow(std::remainder(tracks.poses[i].angle - truth[body].angle, std::numbers::pi), 2);
+      ++errors.seen;
+    }
+  }
+  errors.position_px = std::sqrt(errors.position_px / (2.0 * errors.seen)) * scene.camera.scale(0.0, 0.0);
+  errors.normalised = std::sqrt(errors.normalised / (2.0 * errors.seen));
+  errors.angle = std::sqrt(errors.angle / errors.seen);
+  return errors;
+}
+
+bool tells(const TrackingSummary& summary, const std::string& words) {
+  for (const std::string& sentence : summary.warnings)
+    if (sentence.find(words) != std::string::npos) return true;
+  return false;
+}
+
+std::string refusal(const datasets::Experiment& experiment, const std::vector<cv::Mat>& pictures) {
+  try {
+    track(experiment, pictures);
+  } catch (const datasets::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(TrackVideo, FindsEveryBodyToAFractionOfAPixel) {
+  const SyntheticScene scene = make_scene();
+  const auto [tracks, summary] = track(scene.experiment, film());
+  EXPECT_EQ(summary.frames_read, frames);
+  EXPECT_EQ(summary.completeness, 1.0);
+  const Errors errors = errors_of(scene, tracks);
+  EXPECT_LT(errors.position_px, 0.15);
+  EXPECT_LT(errors.angle, 0.5 * std::numbers::pi / 180.0);
+  // Twenty independent errors at most (they change slowly): the bounds are wider than for a long film
+  EXPECT_GT(errors.normalised, 0.3);
+  EXPECT_LT(errors.normalised, 2.0);
+  EXPECT_NEAR(summary.event_time_s, onset, 0.005);
+  EXPECT_EQ(summary.event_source, "piston face");
+  EXPECT_NEAR(tracks.time[0], -onset, 0.005);
+  for (std::size_t body = 0; body < 4; ++body) {
+    EXPECT_GE(tracks.poses[body].angle, 0.0);
+    EXPECT_LT(tracks.poses[body].angle, std::numbers::pi);
+  }
+}
+
+TEST(TrackVideo, GivesTheSameBitsEveryTimeAndBesideOthers) {
+  const SyntheticScene scene = make_scene();
+  const std::filesystem::path file = temporary("film.avi");
+  write_film(file, film(), frame_rate);
+  const datasets::Replicate replicate{"drawn", file, {}};
+  const TrackedFilm alone = track_video(scene.experiment, replicate);
+  TrackedFilm one, two;
+  std::thread first([&] { one = track_video(scene.experiment, replicate); });
+  std::thread second([&] { two = track_video(scene.experiment, replicate); });
+  first.join();
+  second.join();
+  std::filesystem::remove(file);
+  for (const TrackedFilm* other : {&one, &two}) {
+    ASSERT_EQ(other->trajectories.poses.size(), alone.trajectories.poses.size());
+    for (std::size_t i = 0; i < alone.trajectories.poses.size(); ++i) {
+      EXPECT_EQ(other->trajectories.poses[i].x, alone.trajectories.poses[i].x);
+      EXPECT_EQ(other->trajectories.poses[i].angle, alone.trajectories.poses[i].angle);
+      EXPECT_EQ(other->trajectories.sigmas[i].z, alone.trajectories.sigmas[i].z);
+    }
+  }
+}
+
+TEST(TrackVideo, DoesNotCareAboutBrightness) {
+  for (const double light : {0.8, 1.2}) {
+    SyntheticScene scene = make_scene();
+    scene.light = light;
+    const auto [tracks, summary] = track(scene.experiment, draw(scene));
+    const Errors errors = errors_of(scene, tracks);
+    EXPECT_EQ(summary.completeness, 1.0) << light;
+    EXPECT_LT(errors.position_px, 0.17) << light;
+  }
+}
+
+TEST(TrackVideo, FollowsAShiftOfHalfAPixel) {
+  SyntheticScene scene = make_scene();
+  scene.camera = make_camera(448, 336, 0.004 + 0.5 / 950.0, 0.02, 1.5, 950.0, -0.2, 0.01);
+  const auto [tracks, summary] = track(scene.experiment, draw(scene));
+  EXPECT_LT(errors_of(scene, tracks).position_px, 0.17);
+}
+
+TEST(TrackVideo, SeesAMirroredFilmMirrored) {
+  SyntheticScene scene = make_scene();
+  std::vector<cv::Mat> mirrored;
+  for (const cv::Mat& picture : film()) {
+    cv::Mat turned(picture.size(), picture.type());
+    for (int row = 0; row < picture.rows; ++row)
+      for (int column = 0; column < picture.cols; ++column)
+        turned.at<cv::Vec3b>(row, column) = picture.at<cv::Vec3b>(row, picture.cols - 1 - column);
+    mirrored.push_back(turned);
+  }
+  datasets::Experiment experiment = scene.experiment;
+  for (auto& start : experiment.starts) {
+    start.x = -start.x;
+    start.angle = std::numbers::pi - start.angle;
+  }
+  const auto [straight, first] = track(scene.experiment, film());
+  const auto [reversed, second] = track(experiment, mirrored);
+  for (std::size_t i = 0; i < straight.poses.size(); ++i) {
+    EXPECT_NEAR(straight.poses[i].x, -reversed.poses[i].x, 0.2e-3);
+    EXPECT_NEAR(straight.poses[i].z, reversed.poses[i].z, 0.2e-3);
+  }
+}
+
+TEST(TrackVideo, RefusesAFilmWithoutParticles) {
+  SyntheticScene scene = make_scene();
+  std::vector<cv::Mat> empty;
+  for (int k = 0; k < 10; ++k) empty.push_back(draw_frame(scene, {}, -0.03, k));
+  EXPECT_NE(refusal(scene.experiment, empty).find("no particle"), std::string::npos);
+}
+
+TEST(TrackVideo, RefusesAFilmWithoutFiducials) {
+  const SyntheticScene scene = make_scene();
+  const std::vector<cv::Mat> grey(5, cv::Mat(336, 448, CV_8UC3, cv::Scalar(90, 90, 90)));
+  EXPECT_NE(refusal(scene.experiment, grey).find("fiducials"), std::string::npos);
+}
+
+TEST(TrackVideo, RefusesThreeFiducials) {
+  SyntheticScene scene = make_scene();
+  scene.experiment.camera.fiducials.resize(3);
+  EXPECT_NE(refusal(scene.experiment, film()).find("4"), std::string::npos);
+}
+
+TEST(TrackVideo, TellsOfAWrongCount) {
+  datasets::Experiment experiment = make_scene().experiment;
+  experiment.starts.clear();
+  experiment.particle.count = 6;
+  const TrackingSummary more = track(experiment, film()).summary;
+  EXPECT_EQ(more.grade, Grade::fail);
+  EXPECT_TRUE(tells(more, "4 particles"));
+  experiment.particle.count = 3;
+  EXPECT_TRUE(tells(track(experiment, film()).summary, "more than the 3"));
+}
+
+TEST(TrackVideo, TellsOfAWrongSize) {
+  for (const double factor : {0.92, 0.95, 1.05, 1.08}) {
+    datasets::Experiment experiment = make_scene().experiment;
+    for (auto& sphere : experiment.particle.spheres) {
+      sphere.radius *= factor;
+      sphere.offset *= factor;
+    }
+    const TrackingSummary summary = track(experiment, film()).summary;
+    EXPECT_TRUE(tells(summary, "radius")) << factor;
+    EXPECT_EQ(summary.completeness, 1.0) << factor;
+  }
+}
+
+TEST(TrackVideo, TellsWhenTheNotedEventIsAnother) {
+  datasets::Experiment experiment = make_scene().experiment;
+  experiment.camera.noted_event_time = 0.24;
+  EXPECT_FALSE(tells(track(experiment, film()).summary, "noted"));
+  experiment.camera.noted_event_time = 0.5;
+  EXPECT_TRUE(tells(track(experiment, film()).summary, "noted"));
+}
+
+TEST(TrackVideo, RefusesAFilmThatShowsNoStart) {
+  const SyntheticScene scene = make_scene();
+  EXPECT_NE(refusal(scene.experiment, std::vector<cv::Mat>(film().begin(), film().begin() + 10)).find("start of motion"),
+            std::string::npos);
+}
+
+TEST(TrackVideo, DrawsWhatItFound) {
+  const SyntheticScene scene = make_scene();
+  const std::filesystem::path file = temporary("film.avi");
+  write_film(file, film(), frame_rate);
+  TrackingOptions options;
+  options.overlay_file = temporary("overlay.mp4");
+  options.annotated_first = temporary("first.jpg");
+  options.annotated_last = temporary("last.jpg");
+  track_video(scene.experiment, {"drawn", file, {}}, options);
+  for (const auto& product : {options.overlay_file, options.annotated_first, options.annotated_last}) {
+    EXPECT_TRUE(std::filesystem::exists(product)) << product;
+    std::filesystem::remove(product);
+  }
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace graintruth::tracking

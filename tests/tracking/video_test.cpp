@@ -1,0 +1,105 @@
+#include "tracking/video.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "datasets/input_error.h"
+#include "tracking/synthetic_video.h"
+
+namespace graintruth::tracking {
+namespace {
+
+class Film : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("graintruth_video_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // A bright square that moves two pixels a frame; frame `repeated` shows the one before.
+  std::filesystem::path write(int frames, int repeated = -1) {
+    std::vector<cv::Mat> pictures;
+    for (int k = 0; k < frames; ++k) {
+      cv::Mat picture(96, 128, CV_8UC3, cv::Scalar(40, 40, 40));
+      const int at = k == repeated ? k - 1 : k;
+      picture(cv::Rect(4 + 2 * at, 20, 30, 40)).setTo(cv::Scalar(200, 180, 160));
+      pictures.push_back(picture);
+    }
+    const std::filesystem::path file = folder_ / "film.avi";
+    write_film(file, pictures, 50.0);
+    return file;
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::string complaint(const std::filesystem::path& file) {
+  try {
+    VideoReader video(file, 50.0);
+    cv::Mat frame;
+    while (video.read(frame)) {
+    }
+  } catch (const datasets::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(Film, IsCountedByReading) {
+  VideoReader video(write(20), 50.0);
+  cv::Mat frame;
+  int frames = 0;
+  while (video.read(frame)) ++frames;
+  EXPECT_EQ(frames, 20);
+  EXPECT_EQ(video.frames_read(), 20);
+  EXPECT_TRUE(video.warnings().empty());
+}
+
+TEST_F(Film, ThatIsMissingIsNamed) {
+  const std::string sentence = complaint(folder_ / "nowhere.mp4");
+  EXPECT_NE(sentence.find("nowhere.mp4"), std::string::npos);
+  EXPECT_NE(sentence.find("does not exist"), std::string::npos);
+}
+
+TEST_F(Film, WithoutFramesIsRefused) {
+  const std::filesystem::path empty = folder_ / "empty.mp4";
+  std::ofstream(empty).close();
+  EXPECT_NE(complaint(empty).find("empty"), std::string::npos);
+  const std::filesystem::path text = folder_ / "text.mp4";
+  std::ofstream(text) << "this is not a film";
+  EXPECT_NE(complaint(text).find("text.mp4"), std::string::npos);
+}
+
+TEST_F(Film, ThatIsCutOffIsRefused) {
+  const std::filesystem::path file = write(40);
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::filesystem::path cut = folder_ / "cut.avi";
+  std::ofstream(cut, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size() / 2));
+  EXPECT_NE(complaint(cut).find("cut.avi"), std::string::npos);
+}
+
+TEST_F(Film, TellsOfARepeatedFrame) {
+  VideoReader video(write(30, 12), 50.0);
+  cv::Mat frame;
+  while (video.read(frame)) {
+  }
+  EXPECT_EQ(video.repeated_frames(), std::vector<int>{12});
+}
+
+TEST_F(Film, TellsOfAnotherFrameRate) {
+  VideoReader video(write(10), 25.0);
+  cv::Mat frame;
+  while (video.read(frame)) {
+  }
+  ASSERT_EQ(video.warnings().size(), 1U);
+  EXPECT_NE(video.warnings()[0].find("25"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace graintruth::tracking

@@ -1,0 +1,141 @@
+#include "tracking/synthetic_video.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <random>
+
+namespace graintruth::tracking {
+
+namespace {
+
+constexpr int fine = 3;  // samples a pixel and direction
+
+// Colour of the flat scene at a point of the particle plane.
+cv::Vec3f ground(const SyntheticScene& scene, double x, double z, double piston_face) {
+  const datasets::Experiment& experiment = scene.experiment;
+  for (const datasets::Fiducial& dot : experiment.camera.fiducials) {
+    const double tab = 1.05 * dot.diameter;  // half the side of the tab
+    if (std::abs(x - dot.x) > tab || std::abs(z - dot.z) > tab) continue;
+    return std::hypot(x - dot.x, z - dot.z) < 0.5 * dot.diameter ? cv::Vec3f(0.08F, 0.08F, 0.08F)
+                                                                 : cv::Vec3f(0.8F, 0.82F, 0.82F);
+  }
+  if (const auto& piston = experiment.rig.piston) {
+    constexpr double thickness = 0.02;  // m
+    if (x > piston->left_x && x < piston->right_x && z < piston_face && z > piston_face - thickness)
+      return {0.58F, 0.6F, 0.6F};
+  }
+  for (const datasets::Wall& wall : experiment.rig.walls) {
+    const Eigen::Vector2d from(wall.from_x, wall.from_z), along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
+    const double share = (Eigen::Vector2d(x, z) - from).dot(along) / along.squaredNorm();
+    if (share < 0.0 || share > 1.0) continue;
+    // Bars lie outside, away from the middle of the rig
+    const double side = (x - from.x() - share * along.x()) * (from.x() < 0.0 ? -1.0 : 1.0);
+    if (side > 0.0 && side < 0.012) return {0.62F, 0.64F, 0.65F};
+  }
+  // Uneven back wall
+  const auto shade = static_cast<float>(0.40 + 0.03 * std::sin(21.0 * x) * std::cos(17.0 * z));
+  return {shade, 1.02F * shade, shade};
+}
+
+// Paint, light from the upper left in front, ambient and a highlight.
+cv::Vec3f ball_colour(const cv::Vec3f& paint, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d lamp = Eigen::Vector3d(-0.35, 0.45, 0.82).normalized();
+  const double lit = std::max(0.0, normal.dot(lamp));
+  const Eigen::Vector3d half = (lamp + Eigen::Vector3d::UnitZ()).normalized();
+  const double gloss = 0.6 * std::pow(std::max(0.0, normal.dot(half)), 120.0);
+  const auto diffuse = static_cast<float>(0.25 + 0.75 * lit);
+  return paint * diffuse + cv::Vec3f::all(static_cast<float>(gloss));
+}
+
+}  // namespace
+
+Camera make_camera(int width,
+                   int height,
+                   double foot_x,
+                   double foot_z,
+                   double distance,
+                   double scale,
+                   double k1,
+                   double roll,
+                   double pixel_aspect) {
+  Camera::Parameters parameters;
+  parameters << std::log(scale * distance), std::log(pixel_aspect), 0.01, -0.008, roll, foot_x, foot_z,
+      std::log(distance), k1, 0.0;
+  return {width, height, parameters};
+}
+
+cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& poses, double piston_face, int number) {
+  const Camera& camera = scene.camera;
+  const int width = camera.width(), height = camera.height();
+  const auto& spheres = scene.experiment.particle.spheres;
+  BodyShape shape;
+  shape.separation = spheres[1].offset - spheres[0].offset;
+  shape.radius = {spheres[0].radius, spheres[1].radius};
+  shape.first_share = -spheres[0].offset / shape.separation;
+  struct Ball {
+    Eigen::Vector3d centre;
+    double radius;
+    cv::Vec3f paint;
+    Eigen::Vector2d pixel;
+    double reach;
+  };
+  std::vector<Ball> balls;
+  for (std::size_t body = 0; body < poses.size(); ++body) {
+    const auto centres = ball_centres(poses[body], shape);
+    for (std::size_t b = 0; b < 2; ++b) {
+      Ball ball{{centres[b].x(), centres[b].y(), 0.0}, shape.radius[b], scene.paints[body % scene.paints.size()],
+                camera.project(centres[b].x(), centres[b].y()), 0.0};
+      ball.reach = 1.15 * shape.radius[b] * camera.jacobian(centres[b].x(), centres[b].y()).norm();
+      balls.push_back(ball);
+    }
+  }
+  cv::Mat picture(height, width, CV_32FC3);
+  const Eigen::Vector3d eye = camera.position();
+  for (int row = 0; row < height; ++row) {
+    std::vector<const Ball*> in_row;
+    for (const Ball& ball : balls)
+      if (std::abs(ball.pixel.y() - row) < ball.reach + 1.0) in_row.push_back(&ball);
+    for (int column = 0; column < width; ++column) {
+      cv::Vec3f sum(0, 0, 0);
+      for (int i = 0; i < fine * fine; ++i) {
+        const Eigen::Vector2d pixel(column + (i % fine + 0.5) / fine - 0.5, row + (i / fine + 0.5) / fine - 0.5);
+        const Eigen::Vector2d plane = camera.unproject(pixel);
+        cv::Vec3f colour;
+        double nearest = 1.0e9;
+        for (const Ball* ball : in_row) {
+          if (std::abs(ball->pixel.x() - column) > ball->reach + 1.0) continue;
+          const Eigen::Vector3d ray = (Eigen::Vector3d(plane.x(), plane.y(), 0.0) - eye).normalized();
+          const Eigen::Vector3d from = eye - ball->centre;
+          const double along = ray.dot(from);
+          const double root = along * along - from.squaredNorm() + ball->radius * ball->radius;
+          if (root <= 0.0) continue;
+          const double distance = -along - std::sqrt(root);
+          if (distance >= nearest) continue;
+          nearest = distance;
+          colour = ball_colour(ball->paint, (from + distance * ray) / ball->radius);
+        }
+        sum += nearest < 1.0e8 ? colour : ground(scene, plane.x(), plane.y(), piston_face);
+      }
+      picture.at<cv::Vec3f>(row, column) = sum * static_cast<float>(255.0 * scene.light / (fine * fine));
+    }
+  }
+  if (scene.blur_px > 0.0) cv::GaussianBlur(picture, picture, cv::Size(7, 7), scene.blur_px);
+  std::mt19937 generator(scene.seed * 7919U + static_cast<unsigned>(number));
+  std::normal_distribution<float> noise(0.0F, static_cast<float>(std::max(scene.noise, 1.0e-6)));
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column)
+      for (int c = 0; c < 3; ++c) picture.at<cv::Vec3f>(row, column)[c] += noise(generator);
+  cv::Mat result;
+  picture.convertTo(result, CV_8UC3);
+  return result;
+}
+
+void write_film(const std::filesystem::path& file, const std::vector<cv::Mat>& frames, double frame_rate) {
+  cv::VideoWriter writer(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('F', 'F', 'V', '1'), frame_rate,
+                         frames.front().size());
+  for (const cv::Mat& frame : frames) writer.write(frame);
+}
+
+}  // namespace graintruth::tracking
