@@ -1,0 +1,147 @@
+// The bundled calibration against its truth: runs the program as a user does, then compares what it
+// found with datasets/micro/truth/truth.toml, which the program itself never reads.
+//   bench_calibration_micro [FIGURES.json] [RUN_DIR]
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+const fs::path micro = fs::path(GRAINTRUTH_SOURCE_DIR) / "datasets" / "micro";
+
+Json read_json(const fs::path& file) {
+  std::ifstream stream(file);
+  return Json::parse(stream);
+}
+
+void run(const std::string& arguments) {
+  const std::string command = fmt::format("'{}' {}", GRAINTRUTH_PROGRAM, arguments);
+  fmt::print("$ graintruth {}\n", arguments);
+  std::fflush(stdout);
+  if (std::system(command.c_str()) != 0) std::exit(1);
+}
+
+struct Check {
+  std::string name;
+  double value;
+  std::string rule;
+  bool holds;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const fs::path figures = argc > 1 ? argv[1] : "calibration_micro.json";
+  const fs::path folder = argc > 2 ? argv[2] : "out/bench/micro";
+  const fs::path truth_folder = folder.string() + "-at-truth";
+
+  // 1. The calibration, and the score at the true parameters with the same seeds, films and time
+  // step
+  run(fmt::format(
+      "calibrate '{}' --out '{}' --quiet", (micro / "experiment.toml").string(), folder.string()));
+  const Json result = read_json(folder / "result.json");
+  const toml::table truth = toml::parse_file((micro / "truth" / "truth.toml").string());
+  const double true_pp = truth["parameters"]["mu_particle_particle"].value<double>().value();
+  const double true_pw = truth["parameters"]["mu_particle_wall"].value<double>().value();
+  const double true_e = truth["parameters"]["restitution"].value<double>().value();
+  Json at_truth;
+  at_truth["parameters"]["friction_particle_particle"]["value"] = true_pp;
+  at_truth["parameters"]["friction_particle_wall"]["value"] = true_pw;
+  at_truth["parameters"]["restitution"]["value"] = true_e;
+  at_truth["time_step"]["fraction"] = result["time_step"]["fraction"];
+  fs::create_directories(truth_folder);
+  fs::copy(folder / "tracks",
+           truth_folder / "tracks",
+           fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  std::ofstream(truth_folder / "truth.json") << at_truth.dump(2);
+  run(fmt::format("validate '{}' --parameters '{}' --out '{}' --quiet",
+                  (micro / "experiment.toml").string(),
+                  (truth_folder / "truth.json").string(),
+                  truth_folder.string()));
+  const Json truth_result = read_json(truth_folder / "result.json");
+
+  // 2. What must hold
+  const Json& pp = result["parameters"]["friction_particle_particle"];
+  const Json& pw = result["parameters"]["friction_particle_wall"];
+  const auto number = [](const Json& json, const char* key) {
+    return json.contains(key) ? json[key].get<double>() : NAN;
+  };
+  const auto inside = [&](const Json& parameter, double value) {
+    return number(parameter, "lower") <= value && value <= number(parameter, "upper");
+  };
+  const double width = number(pp, "upper") - number(pp, "lower");
+  const Json& agreement = result["agreement"];
+  const double score = agreement["percent_student_t"];
+  const double leave_one_out = agreement["leave_one_out_percent_student_t"];
+  const double score_at_truth = truth_result["agreement"]["percent_student_t"];
+  const double thesis_score = agreement["percent"];
+  const double thesis_leave_one_out = agreement["leave_one_out_percent"];
+  const double thesis_at_truth = truth_result["agreement"]["percent"];
+  const std::vector<Check> checks = {
+      {"friction particle-particle",
+       pp["value"],
+       fmt::format("within 0.04 of {}", true_pp),
+       std::abs(pp["value"].get<double>() - true_pp) <= 0.04},
+      {"its interval",
+       width,
+       fmt::format("[{:.3f}, {:.3f}] holds {}, no wider than 0.14",
+                   number(pp, "lower"),
+                   number(pp, "upper"),
+                   true_pp),
+       inside(pp, true_pp) && width <= 0.14},
+      {"friction particle-wall",
+       pw["value"],
+       fmt::format("[{:.3f}, {:.3f}] holds {}", number(pw, "lower"), number(pw, "upper"), true_pw),
+       inside(pw, true_pw)},
+      {"restitution",
+       result["parameters"]["restitution"]["value"],
+       "status " + result["parameters"]["restitution"]["status"].get<std::string>() +
+           " is not_identified",
+       result["parameters"]["restitution"]["status"] == "not_identified"},
+      {"agreement, Student",
+       score,
+       fmt::format("at least the replicates' {:.1f}", leave_one_out),
+       score >= leave_one_out},
+      {"agreement, Student",
+       score,
+       fmt::format("within 5 points of {:.1f} at the truth", score_at_truth),
+       std::abs(score - score_at_truth) <= 5.0},
+      {"agreement, thesis form",
+       thesis_score,
+       fmt::format("at least the replicates' {:.1f}", thesis_leave_one_out),
+       thesis_score >= thesis_leave_one_out},
+      {"agreement, thesis form",
+       thesis_score,
+       fmt::format("within 5 points of {:.1f} at the truth", thesis_at_truth),
+       std::abs(thesis_score - thesis_at_truth) <= 5.0},
+      {"wall time, s",
+       result["wall_time_s"],
+       "at most 300",
+       result["wall_time_s"].get<double>() <= 300.0},
+  };
+
+  // 3. Printed, and kept
+  Json kept = Json::array();
+  int broken = 0;
+  for (const Check& check : checks) {
+    fmt::print("{:28} {:8.3f}  {:52} {}\n",
+               check.name,
+               check.value,
+               check.rule,
+               check.holds ? "holds" : "DOES NOT HOLD");
+    kept.push_back({{"name", check.name},
+                    {"value", check.value},
+                    {"rule", check.rule},
+                    {"holds", check.holds}});
+    broken += check.holds ? 0 : 1;
+  }
+  std::ofstream(figures) << kept.dump(2) << "\n";
+  return broken == 0 ? 0 : 1;
+}
