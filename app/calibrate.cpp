@@ -19,13 +19,17 @@ calibrate::CalibrationOptions calibration_options(const CalibrateCommand& comman
   if (command.budget > 0) options.budget = command.budget;
   options.time_limit = command.time_limit;
   options.largest_time_step_fraction = calibrate::largest_time_step_fraction(session.experiment());
-  options.progress =
-      [&session](std::string_view stage, int evaluations, int budget, double batch, double best) {
-        const std::string so_far =
-            std::isfinite(best) ? fmt::format(", objective {:.3f} at best", best) : "";
-        session.progress().show(
-            stage, batch, fmt::format("{}/{} evaluations{}", evaluations, budget, so_far));
-      };
+  options.progress = [&session](const calibrate::CalibrationProgress& progress) {
+    const std::string best =
+        std::isfinite(progress.best) ? fmt::format(", objective {:.3f}", progress.best) : "";
+    session.progress().show("calibrating",
+                            progress.share,
+                            fmt::format("{} ({}/{} evaluations{})",
+                                        progress.stage,
+                                        progress.evaluations,
+                                        progress.budget,
+                                        best));
+  };
   return options;
 }
 
@@ -74,6 +78,7 @@ int run_calibrate(const CalibrateCommand& command) {
   result.warnings.insert(result.warnings.end(), film_warnings.begin(), film_warnings.end());
 
   // 3. Result, tables and report
+  session.record().simulations_run = ensemble->simulated();
   calibrate::write_calibration(session.folder(), problem, options, result, session.seconds());
   calibrate::write_journal_csv(session.folder().journal_csv(), journal);
   auto& stages = session.record().stages;

@@ -56,4 +56,36 @@ struct ReportCommand {
 };
 int run_report(const ReportCommand& command);
 
+struct EvaluateCommand {
+  CommonOptions common;
+  std::filesystem::path experiment;
+  std::filesystem::path parameters;
+  int runs = 8;  // seeds; as many as an evaluation of the search has
+};
+int run_evaluate(const EvaluateCommand& command);
+
+struct CheckCommand {
+  CommonOptions common;
+  std::filesystem::path experiment;
+  int budget = 80;  // evaluations, for the estimate of the time
+};
+int run_check(const CheckCommand& command);
+
+struct NewCommand {
+  std::filesystem::path folder;
+};
+int run_new(const NewCommand& command);
+
+enum class JournalAction { list, show, export_rows, drop, merge };
+struct JournalCommand {
+  JournalAction action = JournalAction::list;
+  std::filesystem::path run_folder;
+  std::vector<std::int64_t> ids;  // show: one; drop: any number
+  bool failed = false;            // drop
+  std::string problem;            // drop; a hash
+  std::filesystem::path other;    // merge; a run folder
+  std::filesystem::path out;      // export; empty: journal.csv of the run, "-": stdout
+};
+int run_journal(const JournalCommand& command);
+
 }  // namespace graintruth::app

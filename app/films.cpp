@@ -6,8 +6,9 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "app/first_frame.h"
 #include "app/interrupt.h"
-#include "calibrate/ensemble.h"
+#include "calibrate/problem.h"
 #include "datasets/input_error.h"
 #include "datasets/table.h"
 #include "tracking/track_video.h"
@@ -110,14 +111,15 @@ Json track_film(const datasets::Experiment& experiment,
                 const datasets::Replicate& replicate,
                 const datasets::RunFolder& folder,
                 const std::string& hash,
-                const std::function<void(int, int)>& progress) {
+                const std::function<void(int, int)>& progress,
+                const std::function<bool()>& stop) {
   tracking::TrackingOptions options;
   options.overlay_file = folder.overlay(replicate.name);
   options.annotated_first = folder.annotated_frame(replicate.name, "first");
   options.annotated_middle = folder.annotated_frame(replicate.name, "middle");
   options.annotated_last = folder.annotated_frame(replicate.name, "last");
   options.progress = progress;
-  options.stop = is_interrupted;
+  options.stop = stop;
   const tracking::TrackedFilm film = tracking::track_video(experiment, replicate, options);
   datasets::write_tracks(folder.tracks(replicate.name), film.trajectories);
   Json summary = summary_json(film.summary, replicate);
@@ -134,6 +136,24 @@ Json track_film(const datasets::Experiment& experiment,
   return summary;
 }
 
+// What can be seen to be unusable before the work begins: tracks that do not fit, and films of
+// which no frame can be read. Returns the tracks; empty ones where there is a film.
+std::vector<datasets::Trajectories> look_at_inputs(const datasets::Experiment& experiment) {
+  std::vector<datasets::Trajectories> tracks;
+  bool films = false;
+  for (const datasets::Replicate& replicate : experiment.replicates) {
+    if (replicate.video.empty()) {
+      tracks.push_back(datasets::read_tracks(replicate.tracks));
+    } else {
+      films = true;
+      tracks.emplace_back();
+      require_first_frame(experiment, replicate);
+    }
+  }
+  if (!films) calibrate::make_problem(experiment, tracks);
+  return tracks;
+}
+
 }  // namespace
 
 TrackedFilms track_films(const datasets::Experiment& experiment,
@@ -141,9 +161,11 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
                          int jobs,
                          ProgressLine& progress) {
   const std::size_t count = experiment.replicates.size();
+  TrackedFilms films{.tracks = look_at_inputs(experiment)};
   std::vector<Json> summaries(count);
   std::vector<std::string> hashes(count);
   std::vector<double> shares(count, 0.0);
+  std::atomic<bool> failed = false;
   std::mutex mutex;
   const auto show = [&](std::size_t i, double share) {
     const std::lock_guard lock(mutex);
@@ -153,38 +175,48 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
     progress.show("tracking", sum / static_cast<double>(count), fmt::format("{} films", count));
   };
 
+  // One film that cannot be used ends the work on the others.
+  const auto stop = [&] { return failed || is_interrupted(); };
+  const auto track = [&](std::size_t i, const datasets::Replicate& replicate) {
+    const std::string hash = hash_of(experiment, hashes[i]);
+    summaries[i] = earlier_summary(folder, replicate.name, hash);
+    if (!summaries[i].is_null()) return;
+    const auto on_frame = [&](int frame, int total) {
+      show(i, total > 0 ? static_cast<double>(frame) / total : 0.0);
+    };
+    try {
+      summaries[i] = track_film(experiment, replicate, folder, hash, on_frame, stop);
+    } catch (const tracking::Stopped&) {
+      if (is_interrupted()) throw calibrate::Interrupted();
+    } catch (...) {
+      failed = true;
+      throw;
+    }
+  };
   calibrate::parallel_for(static_cast<int>(count), jobs, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const datasets::Replicate& replicate = experiment.replicates[i];
     const bool is_film = !replicate.video.empty();
     hashes[i] = datasets::file_hash(is_film ? replicate.video : replicate.tracks);
-    if (is_film) {
-      const std::string hash = hash_of(experiment, hashes[i]);
-      summaries[i] = earlier_summary(folder, replicate.name, hash);
-      if (summaries[i].is_null()) {
-        try {
-          summaries[i] = track_film(experiment, replicate, folder, hash, [&](int frame, int total) {
-            show(i, total > 0 ? static_cast<double>(frame) / total : 0.0);
-          });
-        } catch (const tracking::Stopped&) {
-          throw calibrate::Interrupted();
-        }
-      }
-    }
+    if (is_film) track(i, replicate);
     show(i, 1.0);
   });
 
-  TrackedFilms films;
   Json all = {{"replicates", Json::array()}};
   for (std::size_t i = 0; i < count; ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
     const bool is_film = !replicate.video.empty();
-    // Always read back from the file, so that a resumed run works with the same bits as the first.
-    films.tracks.push_back(
-        datasets::read_tracks(is_film ? folder.tracks(replicate.name) : replicate.tracks));
     films.input_hashes[(is_film ? replicate.video : replicate.tracks).filename().string()] =
         hashes[i];
-    if (!is_film) continue;
+    if (!is_film) {
+      const std::filesystem::path copy = folder.tracks(replicate.name);
+      std::error_code error;
+      if (!std::filesystem::equivalent(copy, replicate.tracks, error))
+        datasets::write_tracks(copy, films.tracks[i]);
+      continue;
+    }
+    // Always read back from the file, so that a resumed run works with the same bits as the first.
+    films.tracks[i] = datasets::read_tracks(folder.tracks(replicate.name));
     for (const auto& warning : summaries[i]["warnings"]) {
       films.warnings.push_back(fmt::format("{}: {}", replicate.name, warning.get<std::string>()));
     }

@@ -1,8 +1,12 @@
 // The command line: verbs, options and exit statuses. What a verb does stands in the file of its
 // name.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 
 #include "app/commands.h"
 #include "calibrate/calibration.h"
@@ -13,6 +17,14 @@ namespace {
 using namespace graintruth;
 
 enum ExitStatus { done = 0, unusable_input = 2, too_many_failures = 3, interrupted = 130 };
+
+// One sentence on stderr, whatever the ending of the text.
+int refuse(std::string text, ExitStatus status) {
+  while (!text.empty() && std::string_view(" \n.").find(text.back()) != std::string_view::npos)
+    text.pop_back();
+  fmt::print(stderr, "graintruth: {}.\n", text);
+  return status;
+}
 
 void add_common_options(CLI::App& verb, app::CommonOptions& options) {
   verb.add_option("--out", options.out, "Run folder (default: out/<experiment name>)")
@@ -37,6 +49,129 @@ CLI::App& add_verb(CLI::App& program, const char* name, const char* what, const 
   return verb;
 }
 
+// What is wrong with the command line, in one sentence.
+std::string complaint(const CLI::App& program,
+                      int argc,
+                      char** argv,
+                      const CLI::ParseError& error) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (first.empty()) return "a verb is missing; 'graintruth --help' lists them";
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
+  const bool known = std::find(verbs.begin(), verbs.end(), first) != verbs.end();
+  if (!known && !first.starts_with('-')) {
+    return fmt::format("there is no verb '{}'; the verbs are {}", first, fmt::join(verbs, ", "));
+  }
+  std::string text = error.what();
+  for (char& letter : text) letter = letter == '\n' ? ' ' : letter;
+  return fmt::format("{}; see 'graintruth {}--help'", text, known ? first + " " : std::string());
+}
+
+void add_parameters(CLI::App& verb, std::filesystem::path& parameters) {
+  verb.add_option("--parameters", parameters, "A result.json, or a TOML table name = value")
+      ->type_name("FILE")
+      ->required();
+}
+
+void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status) {
+  CLI::App& verb =
+      add_verb(program,
+               "evaluate",
+               "One evaluation at given parameters, for programs that drive this one",
+               "evaluate datasets/micro/experiment.toml --parameters trial.toml --json");
+  add_experiment(verb, command.experiment);
+  add_parameters(verb, command.parameters);
+  verb.add_option("--runs", command.runs, "Seeds; by default as in the search of calibrate")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  add_common_options(verb, command.common);
+  verb.callback([&] { status = run_evaluate(command); });
+}
+
+void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "check",
+                            "What calibrate will do, what is missing, how long it may take",
+                            "check datasets/micro/experiment.toml --out out/micro");
+  add_experiment(verb, command.experiment);
+  verb.add_option("--out", command.common.out, "Folder for the pictures (default: out/<name>)")
+      ->type_name("DIR");
+  verb.add_option("--budget", command.budget, "Evaluations that calibrate will be given")
+      ->capture_default_str()
+      ->check(CLI::Range(20, 100000));
+  verb.add_option("--jobs", command.common.jobs, "Threads that calibrate will be given")
+      ->check(CLI::Range(1, 1024));
+  verb.callback([&] { status = run_check(command); });
+}
+
+void add_new(CLI::App& program, app::NewCommand& command, int& status) {
+  CLI::App& verb =
+      add_verb(program, "new", "An annotated experiment file to start from", "new micro my-rig");
+  verb.require_subcommand(1);
+  CLI::App& micro = add_verb(verb,
+                             "micro",
+                             "Few particles, each of them tracked (section 4.2 of the thesis)",
+                             "new micro my-rig");
+  micro.add_option("folder", command.folder, "Where to write experiment.toml")
+      ->type_name("DIR")
+      ->required();
+  micro.callback([&] { status = run_new(command); });
+}
+
+void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "journal",
+                            "Look after the record of simulations of a run",
+                            "journal list out/micro");
+  verb.require_subcommand(1);
+  const auto add = [&](const char* name,
+                       const char* what,
+                       const char* example,
+                       app::JournalAction action) -> CLI::App& {
+    CLI::App& part = add_verb(verb, name, what, example);
+    part.add_option("run_folder", command.run_folder, "Folder of a run")
+        ->type_name("RUN_DIR")
+        ->required();
+    part.callback([&command, &status, action] {
+      command.action = action;
+      status = run_journal(command);
+    });
+    return part;
+  };
+  add("list",
+      "Simulations by problem, stage and status",
+      "journal list out/micro",
+      app::JournalAction::list);
+  add("show", "One simulation", "journal show out/micro 12", app::JournalAction::show)
+      .add_option("id", command.ids, "Its number in the journal")
+      ->type_name("ID")
+      ->expected(1)
+      ->required();
+  add("export",
+      "The plain copy: journal.csv, another file, or stdout",
+      "journal export out/micro --out -",
+      app::JournalAction::export_rows)
+      .add_option(
+          "--out", command.out, "File to write, - for stdout (default: RUN_DIR/journal.csv)")
+      ->type_name("FILE");
+  CLI::App& drop = add("drop",
+                       "Remove simulations, so that they are run anew",
+                       "journal drop out/micro --failed",
+                       app::JournalAction::drop);
+  CLI::Option_group& which = *drop.add_option_group("which");
+  which.add_flag("--failed", command.failed, "All that did not complete");
+  which.add_option("--problem", command.problem, "All of one problem")->type_name("HASH");
+  which.add_option("--id", command.ids, "These")->type_name("ID");
+  which.require_option(1);
+  add("merge",
+      "Add what the journal of another run holds and this one does not",
+      "journal merge out/micro out/micro-on-another-machine",
+      app::JournalAction::merge)
+      .add_option("other", command.other, "Folder of the other run")
+      ->type_name("OTHER_RUN_DIR")
+      ->required();
+}
+
 std::string joined(int argc, char** argv) {
   std::string line = "graintruth";
   for (int i = 1; i < argc; ++i) line += std::string(" ") + argv[i];
@@ -46,6 +181,8 @@ std::string joined(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // The decoder's own complaints about a film are of no use to the user; ours name file and frame.
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   CLI::App program("Lab videos of grain to calibrated discrete-element parameters, with a report.",
                    "graintruth");
   program.set_version_flag("--version", GRAINTRUTH_VERSION);
@@ -60,6 +197,10 @@ int main(int argc, char** argv) {
   app::ValidateCommand validate;
   app::ReproduceCommand reproduce;
   app::ReportCommand report;
+  app::EvaluateCommand evaluate;
+  app::CheckCommand check;
+  app::NewCommand new_experiment;
+  app::JournalCommand journal;
   int status = done;
 
   CLI::App& calibrate_verb =
@@ -93,11 +234,7 @@ int main(int argc, char** argv) {
                                      "validate datasets/micro/experiment.toml --parameters "
                                      "out/micro/result.json --require-agreement 60");
   add_experiment(validate_verb, validate.experiment);
-  validate_verb
-      .add_option(
-          "--parameters", validate.parameters, "A result.json, or a TOML table name = value")
-      ->type_name("FILE")
-      ->required();
+  add_parameters(validate_verb, validate.parameters);
   validate_verb
       .add_option("--require-agreement",
                   validate.require_agreement,
@@ -126,23 +263,29 @@ int main(int argc, char** argv) {
       ->required();
   report_verb.callback([&] { status = run_report(report); });
 
+  add_evaluate(program, evaluate, status);
+  add_check(program, check, status);
+  add_new(program, new_experiment, status);
+  add_journal(program, journal, status);
+
   const std::string command_line = joined(argc, argv);
-  for (app::CommonOptions* options : {&calibrate.common, &track.common, &validate.common}) {
+  for (app::CommonOptions* options :
+       {&calibrate.common, &track.common, &validate.common, &evaluate.common}) {
     options->command_line = command_line;
   }
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? done : unusable_input;
+    if (error.get_exit_code() == 0) return program.exit(error);  // help or version
+    return refuse(complaint(program, argc, argv, error), unusable_input);
   } catch (const datasets::InputError& error) {
-    fmt::print(stderr, "graintruth: {}\n", error.what());
-    return unusable_input;
+    return refuse(error.what(), unusable_input);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return refuse(error.what(), unusable_input);
   } catch (const calibrate::TooManyFailures& error) {
-    fmt::print(stderr, "graintruth: {}\n", error.what());
-    return too_many_failures;
+    return refuse(error.what(), too_many_failures);
   } catch (const calibrate::Interrupted& error) {
-    fmt::print(stderr, "graintruth: {}\n", error.what());
-    return interrupted;
+    return refuse(error.what(), interrupted);
   }
   return status;
 }

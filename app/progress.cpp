@@ -30,26 +30,26 @@ void ProgressLine::erase() {
   drawn_ = false;
 }
 
-void ProgressLine::show(std::string_view stage, double share, std::string_view detail) {
+void ProgressLine::show(std::string_view job, double share, std::string_view detail) {
   const std::lock_guard lock(mutex_);
   if (quiet_) return;
   const auto now = Clock::now();
-  const bool new_stage = stage != stage_;
-  if (new_stage) {
-    stage_ = stage;
-    stage_start_ = now;
+  const bool new_job = job != job_;
+  if (new_job) {
+    job_ = job;
+    job_start_ = now;
   }
   const auto interval =
       terminal_ ? Clock::duration(terminal_interval) : Clock::duration(log_interval);
-  if (!new_stage && now - last_shown_ < interval) return;
+  if (!new_job && now - last_shown_ < interval) return;
   last_shown_ = now;
-  const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
+  const double elapsed = std::chrono::duration<double>(now - job_start_).count();
   const std::string to_go =
       share > 0.02 && elapsed > 1.0
           ? fmt::format(", {} to go", duration_text(elapsed * (1.0 - share) / share))
           : "";
   const std::string line = fmt::format(
-      "{}: {:.0f} %{}{}{}", stage, 100.0 * share, detail.empty() ? "" : ", ", detail, to_go);
+      "{}: {:.0f} %{}{}{}", job, 100.0 * share, detail.empty() ? "" : ", ", detail, to_go);
   erase();
   std::fputs(line.c_str(), stderr);
   if (!terminal_) std::fputc('\n', stderr);

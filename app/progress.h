@@ -14,8 +14,8 @@ class ProgressLine {
   explicit ProgressLine(bool quiet);
   ~ProgressLine();
 
-  // `share` in 0..1 is how much of the stage is done. Any thread may call.
-  void show(std::string_view stage, double share, std::string_view detail);
+  // `share` in 0..1 is how much of the job is done. Any thread may call.
+  void show(std::string_view job, double share, std::string_view detail);
   // A line that stays.
   void say(std::string_view line);
 
@@ -27,8 +27,8 @@ class ProgressLine {
   bool quiet_;
   bool terminal_;
   bool drawn_ = false;
-  std::string stage_;
-  Clock::time_point stage_start_;
+  std::string job_;
+  Clock::time_point job_start_;
   Clock::time_point last_shown_;
 };
 

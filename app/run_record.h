@@ -19,6 +19,7 @@ struct RunRecord {
   std::map<std::string, std::string> input_hashes;
   std::map<std::string, std::string> options;  // resolved, beyond those common to all verbs
   std::vector<calibrate::StageTime> stages;
+  int simulations_run = 0;  // by this command; the others were in the journal already
 };
 
 std::string utc_now();

@@ -17,15 +17,27 @@ std::filesystem::path folder_for(const CommonOptions& options,
   return options.out.empty() ? std::filesystem::path("out") / experiment.name : options.out;
 }
 
-// Removes folders that hold nothing; a run that ended before its first result leaves none behind.
-void remove_if_empty(const datasets::RunFolder& folder) {
-  for (const auto& made : {folder.root / "tables", folder.root / "tracks", folder.root}) {
-    std::error_code error;
-    if (std::filesystem::is_empty(made, error) && !error) std::filesystem::remove(made, error);
+}  // namespace
+
+Session::MadeFolders::MadeFolders(const std::filesystem::path& root) {
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::absolute(root, error).lexically_normal();
+  std::filesystem::path folder = whole.has_filename() ? whole : whole.parent_path();
+  for (const char* inside : {"tables", "tracks"}) {
+    if (!std::filesystem::exists(folder / inside, error)) made_.push_back(folder / inside);
+  }
+  while (!std::filesystem::exists(folder, error) && folder.has_relative_path()) {
+    made_.push_back(folder);
+    folder = folder.parent_path();
   }
 }
 
-}  // namespace
+Session::MadeFolders::~MadeFolders() {
+  for (const std::filesystem::path& folder : made_) {
+    std::error_code error;
+    if (std::filesystem::is_empty(folder, error) && !error) std::filesystem::remove(folder, error);
+  }
+}
 
 Session::Session(std::string verb,
                  const CommonOptions& options,
@@ -34,6 +46,7 @@ Session::Session(std::string verb,
       progress_(options.quiet),
       start_(std::chrono::steady_clock::now()),
       experiment_(datasets::load_experiment(experiment_file)),
+      made_(folder_for(options, experiment_)),
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
   record_.started_at = utc_now();
@@ -42,8 +55,6 @@ Session::Session(std::string verb,
                      : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   catch_interrupts();
 }
-
-Session::~Session() { remove_if_empty(folder_); }
 
 void Session::track() {
   const auto start = std::chrono::steady_clock::now();

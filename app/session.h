@@ -19,7 +19,6 @@ class Session {
   Session(std::string verb,
           const CommonOptions& options,
           const std::filesystem::path& experiment_file);
-  ~Session();
 
   void track();
   calibrate::Problem problem() const;
@@ -39,10 +38,21 @@ class Session {
   int jobs() const { return record_.jobs; }
 
  private:
+  // Removes, in the end, the folders that were made for this run and hold nothing.
+  class MadeFolders {
+   public:
+    explicit MadeFolders(const std::filesystem::path& root);
+    ~MadeFolders();
+
+   private:
+    std::vector<std::filesystem::path> made_;  // innermost first
+  };
+
   CommonOptions options_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_;
   datasets::Experiment experiment_;
+  MadeFolders made_;
   datasets::RunFolder folder_;
   RunRecord record_;
   TrackedFilms films_;

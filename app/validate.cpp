@@ -33,6 +33,7 @@ int run_validate(const ValidateCommand& command) {
         session.progress().show("simulating", static_cast<double>(done) / total, "");
       });
   result.context = calibrate::score_context(problem, command.runs);
+  session.record().simulations_run = ensemble->simulated();
   result.warnings = session.films().warnings;
   calibrate::write_validation(session.folder(), problem, result, session.seconds());
   calibrate::write_journal_csv(session.folder().journal_csv(), journal);

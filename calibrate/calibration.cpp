@@ -12,8 +12,14 @@ namespace graintruth::calibrate {
 
 namespace {
 
-constexpr double design_share = 0.4;     // of the budget goes to the low-discrepancy design
+constexpr double design_share = 0.3;    // of the budget goes to the low-discrepancy design
+constexpr double profile_share = 0.25;  // of the budget is kept for the ends of the intervals
+constexpr int gate_places = 2;
+constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
+constexpr int choice_seeds_per_confirmation =
+    2;  // the choice between two candidates takes more seeds than the score
 constexpr double polish_step = 0.1;      // of each range; first step of the local search
+constexpr int stall_evaluations = 12;    // without gain end a local search
 constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
 constexpr std::array<double, 3> effect_levels = {
     0.0, 0.5, 1.0};  // low, middle, high in the unit range
@@ -51,14 +57,24 @@ class Calibrator {
     result_.stages.push_back({name, taken.count()});
   }
 
-  SimulationProgress reporter() {
-    return [this](int done, int total, bool) {
+  // Expected cost in simulations at the largest time step: the gate's smaller steps weigh more.
+  double expected_cost() const {
+    return gate_places * gate_cost * options_.search_seeds +
+           options_.budget * options_.search_seeds +
+           (2 * choice_seeds_per_confirmation + 1 + static_cast<int>(thesis_frictions.size())) *
+               options_.confirmation_seeds;
+  }
+
+  // `weight` is the mean cost of a simulation of the batch.
+  SimulationProgress reporter(double weight = 1.0) {
+    return [this, weight, before = cost_](int done, int, bool) {
+      cost_ = before + weight * done;
       if (!options_.progress) return;
-      options_.progress(stage_,
-                        static_cast<int>(result_.evaluations.size()),
-                        options_.budget,
-                        static_cast<double>(done) / total,
-                        result_.evaluations.empty() ? std::nan("") : best().objective);
+      options_.progress({.stage = stage_,
+                         .evaluations = static_cast<int>(result_.evaluations.size()),
+                         .budget = options_.budget,
+                         .share = std::min(1.0, cost_ / expected_cost()),
+                         .best = result_.evaluations.empty() ? std::nan("") : best().objective});
     };
   }
 
@@ -99,17 +115,23 @@ class Calibrator {
     return evaluations;
   }
 
-  const Evaluation& best() const {
-    return *std::min_element(
-        result_.evaluations.begin(), result_.evaluations.end(), [](const auto& a, const auto& b) {
-          return a.objective < b.objective;
-        });
-  }
+  const Evaluation& best() const { return best_of(result_.evaluations); }
 
   int budget_left() const {
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
     if (options_.time_limit > 0.0 && taken.count() > options_.time_limit) return 0;
     return options_.budget - static_cast<int>(result_.evaluations.size());
+  }
+
+  // What the local searches may spend: the profiles, and a second look at what was held, are kept
+  // free.
+  int polish_budget() const {
+    int kept = static_cast<int>(std::lround(profile_share * options_.budget));
+    for (const CalibratedParameter& parameter : result_.calibrated) {
+      if (parameter.status == ParameterStatus::not_identified)
+        kept += static_cast<int>(effect_levels.size());
+    }
+    return budget_left() - kept;
   }
 
   // 1. The time step, at the centre of the box and half way from there to its lower corner, where
@@ -207,12 +229,13 @@ class Calibrator {
     result_.stop_reason = "nothing to tune";
     if (space_.dimension() == 0) return;
     const std::vector<UnitPoint> starts = distinct_starts();
-    for (std::size_t i = 0; i < starts.size() && budget_left() > 0; ++i) {
+    for (std::size_t i = 0; i < starts.size() && polish_budget() > 0; ++i) {
       const int searches_left = static_cast<int>(starts.size() - i);
       const OptimiserOptions options{
-          .max_evaluations = std::max(1, budget_left() / searches_left),
+          .max_evaluations = std::max(1, polish_budget() / searches_left),
           .initial_step = polish_step,
-          .objective_tolerance = 0.5 * objective_noise(problem_.target, best().runs)};
+          .objective_tolerance = 0.5 * objective_noise(problem_.target, best().runs),
+          .stall_evaluations = stall_evaluations};
       const OptimiserSummary summary = minimise(
           [&](const UnitPoint& point) {
             return search("polish", {space_.from_unit(point)}).front().objective;
@@ -259,12 +282,15 @@ class Calibrator {
     return starts;
   }
 
-  // 6. The bootstrap over replicates and seeds, on the runs that there are.
+  // 6. The interval of each identified parameter.
   void find_uncertainty() {
     if (space_.dimension() == 0) return;
-    result_.bootstrap = bootstrap_minimum(
-        problem_, result_.evaluations, space_, {.seed = options_.seed, .jobs = options_.jobs});
-    for (const auto& tuned : space_.tuned()) result_.identified.push_back(tuned.name);
+    result_.profiles = profile_parameters(
+        problem_,
+        space_,
+        result_.evaluations,
+        [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
+        {.bootstrap = {.seed = options_.seed, .jobs = options_.jobs}});
   }
 
   // 7. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
@@ -272,11 +298,14 @@ class Calibrator {
   //    further fresh seeds give the score, so that no choice enters it.
   void confirm() {
     result_.parameters = space_.from_unit(UnitPoint(space_.dimension(), 0.5));
-    if (result_.bootstrap) {
+    if (space_.dimension() > 0) {
+      const Surrogate surrogate = fit_surrogate(problem_, result_.evaluations, space_);
       const std::vector<EvaluationPoint> candidates = {
           {space_.from_unit(space_.to_unit(best().parameters)), result_.time_step.fraction},
-          {space_.from_unit(result_.bootstrap->minimum), result_.time_step.fraction}};
-      const auto seeds = make_seeds(options_.seed, "choice", 2 * options_.confirmation_seeds);
+          {space_.from_unit(surrogate_minimum(surrogate, space_.dimension())),
+           result_.time_step.fraction}};
+      const auto seeds = make_seeds(
+          options_.seed, "choice", choice_seeds_per_confirmation * options_.confirmation_seeds);
       const std::vector<Evaluation> evaluations =
           ensemble_.evaluate("confirmation", candidates, seeds, reporter());
       count(evaluations);
@@ -328,12 +357,8 @@ class Calibrator {
   void finish() {
     for (CalibratedParameter& parameter : result_.calibrated) {
       parameter.value = value_of(result_.parameters, parameter.name);
-      const auto at =
-          std::find(result_.identified.begin(), result_.identified.end(), parameter.name);
-      if (at != result_.identified.end()) {
-        give_interval(
-            parameter,
-            result_.bootstrap->interval[static_cast<std::size_t>(at - result_.identified.begin())]);
+      for (const Profile& profile : result_.profiles) {
+        if (profile.name == parameter.name) give_interval(parameter, profile);
       }
       if (parameter.status == ParameterStatus::not_identified) {
         result_.warnings.push_back(
@@ -355,25 +380,21 @@ class Calibrator {
     }
   }
 
-  void give_interval(CalibratedParameter& parameter, const Interval& unit) {
-    const double range = parameter.upper_bound - parameter.lower_bound;
-    // The value may be that of the best evaluation rather than the surrogate's minimum: the
-    // interval holds both.
-    Interval interval{parameter.lower_bound + unit.lower * range,
-                      parameter.lower_bound + unit.upper * range};
-    interval.lower = std::min(interval.lower, parameter.value);
-    interval.upper = std::max(interval.upper, parameter.value);
-    parameter.interval = interval;
-    const double near = 0.005 * range;
+  void give_interval(CalibratedParameter& parameter, const Profile& profile) {
+    // The value may be the surrogate's minimum rather than the evaluation that the profile is
+    // about: the interval holds both.
+    parameter.interval = {std::min(profile.interval.lower, parameter.value),
+                          std::max(profile.interval.upper, parameter.value)};
+    const double near = 0.005 * (parameter.upper_bound - parameter.lower_bound);
     if (parameter.value <= parameter.lower_bound + near ||
         parameter.value >= parameter.upper_bound - near) {
       parameter.status = ParameterStatus::at_bound;
     }
-    if (interval.upper >= parameter.upper_bound - near) {
+    if (profile.open_above) {
       result_.warnings.push_back(
           fmt::format("{} is not bounded above by these data.", parameter.name));
     }
-    if (interval.lower <= parameter.lower_bound + near && parameter.lower_bound > 0.0) {
+    if (profile.open_below && parameter.lower_bound > 0.0) {
       result_.warnings.push_back(
           fmt::format("{} is not bounded below by these data.", parameter.name));
     }
@@ -386,6 +407,7 @@ class Calibrator {
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
   std::string stage_;
+  double cost_ = 0.0;
   CalibrationResult result_;
 };
 

@@ -12,6 +12,14 @@
 
 namespace graintruth::calibrate {
 
+struct CalibrationProgress {
+  std::string_view stage;
+  int evaluations = 0;  // of the search, done
+  int budget = 0;
+  double share = 0.0;  // of the whole calibration's expected cost that is done
+  double best = 0.0;   // lowest objective so far; NaN before the first
+};
+
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   int jobs = 1;
@@ -21,11 +29,8 @@ struct CalibrationOptions {
   double largest_time_step_fraction = 0.3;
   double time_limit = 0.0;  // s of wall time after which the search ends with what it has; 0: none
   double allowed_failures = 0.3;  // share of simulations; above it the calibration gives up
-  // Stage, evaluations done so far, budget of evaluations, share of the present batch that is done,
-  // lowest objective.
-  std::function<void(
-      std::string_view stage, int evaluations, int budget, double batch, double best)>
-      progress;
+  // Called after every simulation.
+  std::function<void(const CalibrationProgress&)> progress;
 };
 
 enum class ParameterStatus { tuned, fixed, at_bound, not_identified };
@@ -66,8 +71,7 @@ struct CalibrationResult {
   double objective_noise = 0.0;
   std::vector<Evaluation> evaluations;  // of the search, in order
   std::string stop_reason;
-  std::optional<Bootstrap> bootstrap;
-  std::vector<std::string> identified;  // the names that the bootstrap's dimensions stand for
+  std::vector<Profile> profiles;  // of the identified parameters
   std::vector<FrictionRow> friction_rows;
   int simulations = 0;
   int failed = 0;

@@ -9,7 +9,6 @@
 #include <tuple>
 
 #include "datasets/input_error.h"
-#include "datasets/table.h"
 
 namespace graintruth::calibrate {
 
@@ -212,6 +211,22 @@ std::vector<JournalRow> Journal::rows() {
   return rows;
 }
 
+void Journal::drop(std::span<const std::int64_t> ids) {
+  const std::lock_guard lock(database_->mutex);
+  Statement(database_->handle, "BEGIN IMMEDIATE;").step();
+  try {
+    for (const std::int64_t id : ids) {
+      Statement statement(database_->handle, "DELETE FROM simulation WHERE id = ?;");
+      statement.bind(1, id);
+      statement.step();
+    }
+    Statement(database_->handle, "COMMIT;").step();
+  } catch (...) {
+    sqlite3_exec(database_->handle, "ROLLBACK;", nullptr, nullptr, nullptr);
+    throw;
+  }
+}
+
 std::vector<std::string> Journal::problems() {
   const std::lock_guard lock(database_->mutex);
   Statement statement(database_->handle,
@@ -221,7 +236,7 @@ std::vector<std::string> Journal::problems() {
   return all;
 }
 
-void write_journal_csv(const std::filesystem::path& file, Journal& journal) {
+datasets::Table journal_table(Journal& journal) {
   std::vector<JournalRow> rows = journal.rows();
   const auto key = [](const JournalRow& row) {
     const SimulationRequest& request = row.request;
@@ -262,7 +277,11 @@ void write_journal_csv(const std::filesystem::path& file, Journal& journal) {
                datasets::number_text(row.agreement_percent),
                datasets::number_text(row.run.seconds)});
   }
-  datasets::write_csv(file, table);
+  return table;
+}
+
+void write_journal_csv(const std::filesystem::path& file, Journal& journal) {
+  datasets::write_csv(file, journal_table(journal));
 }
 
 }  // namespace graintruth::calibrate

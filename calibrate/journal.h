@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "calibrate/simulator.h"
+#include "datasets/table.h"
 
 namespace graintruth::calibrate {
 
@@ -41,6 +43,8 @@ class Journal {
   void add(const JournalRow& row);
   // All rows, in the order of their commits.
   std::vector<JournalRow> rows();
+  // Removes these rows, all or none; what is not there is passed over.
+  void drop(std::span<const std::int64_t> ids);
   // Problem hashes that occur in the file.
   std::vector<std::string> problems();
 
@@ -49,8 +53,9 @@ class Journal {
   std::unique_ptr<Database> database_;
 };
 
-// journal.csv: the plain copy, without trajectories, in an order that does not depend on which
-// thread was first.
+// The plain copy, without trajectories, in an order that does not depend on which thread was first.
+datasets::Table journal_table(Journal& journal);
+// journal.csv: that table.
 void write_journal_csv(const std::filesystem::path& file, Journal& journal);
 
 }  // namespace graintruth::calibrate

@@ -11,16 +11,30 @@ namespace {
 
 struct Search {
   const std::function<double(const std::vector<double>&)>& objective;
+  const OptimiserOptions& options;
   nlopt::opt& nlopt;
   OptimiserSummary summary;
   std::exception_ptr failure;
+  double last_gain_objective = std::numeric_limits<double>::max();
+  int evaluations_without_gain = 0;
+  bool stalled = false;
+
+  void watch(double value) {
+    if (value < last_gain_objective - options.objective_tolerance) {
+      last_gain_objective = value;
+      evaluations_without_gain = 0;
+    } else if (++evaluations_without_gain == options.stall_evaluations) {
+      stalled = true;
+      nlopt.force_stop();
+    }
+  }
 };
 
 // NLopt turns an exception into "nlopt failure" and may go on calling after force_stop: so nothing
 // passes through it.
 double call(const std::vector<double>& point, std::vector<double>&, void* data) {
   auto& search = *static_cast<Search*>(data);
-  if (search.failure) return search.summary.objective;
+  if (search.failure || search.stalled) return search.summary.objective;
   try {
     std::vector<double> inside = point;
     for (double& coordinate : inside) coordinate = std::clamp(coordinate, 0.0, 1.0);
@@ -30,6 +44,7 @@ double call(const std::vector<double>& point, std::vector<double>&, void* data) 
       search.summary.objective = value;
       search.summary.best = inside;
     }
+    search.watch(value);
     return value;
   } catch (...) {
     search.failure = std::current_exception();
@@ -57,7 +72,7 @@ OptimiserSummary minimise(const std::function<double(const std::vector<double>&)
                           const std::vector<double>& start,
                           const OptimiserOptions& options) {
   nlopt::opt nlopt(nlopt::LN_SBPLX, static_cast<unsigned>(start.size()));
-  Search search{objective, nlopt, {}, {}};
+  Search search{objective, options, nlopt, {}, {}};
   search.summary.objective = std::numeric_limits<double>::max();
   nlopt.set_lower_bounds(0.0);
   nlopt.set_upper_bounds(1.0);
@@ -78,7 +93,7 @@ OptimiserSummary minimise(const std::function<double(const std::vector<double>&)
   } catch (const nlopt::roundoff_limited&) {
     search.summary.stop_reason = "rounding forbids smaller steps";
   } catch (const nlopt::forced_stop&) {
-    search.summary.stop_reason = "stopped";
+    search.summary.stop_reason = "the last evaluations brought no gain above the objective's noise";
   }
   if (search.failure) std::rethrow_exception(search.failure);
   return search.summary;

@@ -13,6 +13,8 @@ struct OptimiserOptions {
   double initial_step = 0.1;         // of the range of each parameter
   double tolerance = 0.01;           // of the range: a smaller step ends the search
   double objective_tolerance = 0.0;  // a smaller gain ends the search; half the objective's noise
+  int stall_evaluations =
+      0;  // this many without a gain above the tolerance end the search; 0: never
 };
 
 struct OptimiserSummary {

@@ -21,7 +21,8 @@ Json parameter_json(const CalibratedParameter& parameter) {
     json["lower"] = parameter.interval->lower;
     json["upper"] = parameter.interval->upper;
     json["confidence"] = 0.95;
-    json["method"] = "bootstrap over replicates and seeds";
+    json["method"] =
+        "values not significantly worse than the best, by bootstrap over replicates and seeds";
   }
   json["bench_value"] = parameter.bench;
   if (parameter.upper_bound > parameter.lower_bound) {
@@ -258,24 +259,19 @@ void write_friction_rows(const datasets::RunFolder& folder, const CalibrationRes
   datasets::write_csv(folder.table("rms_friction"), table);
 }
 
-void write_bootstrap(const datasets::RunFolder& folder, const CalibrationResult& result) {
-  if (!result.bootstrap) return;
-  std::vector<std::string> columns = {"draw"};
-  columns.insert(columns.end(), result.identified.begin(), result.identified.end());
-  Table table(columns);
-  int number = 0;
-  for (const UnitPoint& draw : result.bootstrap->draws) {
-    std::vector<std::string> cells = {std::to_string(++number)};
-    for (std::size_t d = 0; d < draw.size(); ++d) {
-      const auto at = std::find_if(
-          result.calibrated.begin(), result.calibrated.end(), [&](const auto& parameter) {
-            return parameter.name == result.identified[d];
-          });
-      cells.push_back(number_text(at->lower_bound + draw[d] * (at->upper_bound - at->lower_bound)));
+void write_profiles(const datasets::RunFolder& folder, const CalibrationResult& result) {
+  Table table({"parameter", "value", "objective", "excess", "allowed_excess", "compatible"});
+  for (const Profile& profile : result.profiles) {
+    for (const ProfilePoint& point : profile.points) {
+      table.add({profile.name,
+                 number_text(point.value),
+                 number_text(point.objective),
+                 number_text(point.excess.objective),
+                 number_text(point.excess.allowed),
+                 point.excess.is_compatible() ? "1" : "0"});
     }
-    table.add(std::move(cells));
   }
-  datasets::write_csv(folder.table("bootstrap"), table);
+  datasets::write_csv(folder.table("profile"), table);
 }
 
 void write_comparison(const datasets::RunFolder& folder,
@@ -297,7 +293,7 @@ void write_calibration(const datasets::RunFolder& folder,
   write_comparison(folder, problem, result.score);
   write_evaluations(folder, problem, result);
   write_friction_rows(folder, result);
-  write_bootstrap(folder, result);
+  write_profiles(folder, result);
 
   Json json = head_json(problem, "calibration");
   for (const CalibratedParameter& parameter : result.calibrated) {
@@ -310,10 +306,6 @@ void write_calibration(const datasets::RunFolder& folder,
                        {"noise", result.objective_noise},
                        {"search_seeds", options.search_seeds},
                        {"stop_reason", result.stop_reason}};
-  if (result.bootstrap) {
-    json["objective"]["surrogate_leave_one_out_error"] = result.bootstrap->leave_one_out_error;
-    json["objective"]["surrogate_value_spread"] = result.bootstrap->value_spread;
-  }
   json["evaluations"] = result.evaluations.size();
   json["simulations"] = result.simulations;
   json["failed"] = result.failed;

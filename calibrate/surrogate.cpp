@@ -106,6 +106,7 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
   fit_->points = std::move(points);
   fit_->values =
       Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  OT::Log::Show(OT::Log::NONE);  // its remarks on bounds would land in the user's terminal
   const OT::Sample inputs = sample_of(fit_->points);
   const double spread = std::max(value_spread(), 1.0e-6);
   // Between neighbouring parameters the objective jumps by more than its seeds tell, because

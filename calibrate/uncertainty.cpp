@@ -24,17 +24,36 @@ bool spread_over_two(const std::vector<int>& weights) {
   return std::count_if(weights.begin(), weights.end(), [](int weight) { return weight > 0; }) > 1;
 }
 
-// A regular grid over the unit cube, fine enough that its spacing is small against any interval
-// that matters.
-std::vector<UnitPoint> grid(std::size_t dimension) {
-  const int side = dimension == 1 ? 401 : dimension == 2 ? 71 : 25;
+// sqrt(n / (n - 1)): what the bootstrap of n replicates lacks.
+double small_sample_factor(std::size_t replicates) {
+  const auto n = static_cast<double>(replicates);
+  return std::sqrt(n / (n - 1.0));
+}
+
+// Standard deviation over draws of the difference between two evaluations.
+double difference_deviation(const std::vector<std::vector<double>>& drawn,
+                            std::size_t i,
+                            std::size_t j) {
+  const auto n = static_cast<double>(drawn.size());
+  double mean = 0.0;
+  for (const auto& draw : drawn) mean += (draw[i] - draw[j]) / n;
+  double squares = 0.0;
+  for (const auto& draw : drawn) squares += std::pow(draw[i] - draw[j] - mean, 2);
+  return std::sqrt(squares / (n - 1.0));
+}
+
+// A regular grid over the unit cube, fine against any interval that matters; one dimension may be
+// held.
+std::vector<UnitPoint> grid(std::size_t dimension, int fixed, double value) {
+  const int side = dimension == 1 ? 201 : dimension == 2 ? 61 : 25;
   std::vector<UnitPoint> places = {UnitPoint{}};
   for (std::size_t d = 0; d < dimension; ++d) {
     std::vector<UnitPoint> longer;
+    const bool is_held = static_cast<int>(d) == fixed;
     for (const UnitPoint& place : places) {
-      for (int i = 0; i < side; ++i) {
+      for (int i = 0; i < (is_held ? 1 : side); ++i) {
         longer.push_back(place);
-        longer.back().push_back(static_cast<double>(i) / (side - 1));
+        longer.back().push_back(is_held ? value : static_cast<double>(i) / (side - 1));
       }
     }
     places = std::move(longer);
@@ -42,43 +61,43 @@ std::vector<UnitPoint> grid(std::size_t dimension) {
   return places;
 }
 
-std::size_t lowest(std::span<const double> weights,
-                   std::span<const double> values,
-                   std::size_t places) {
-  std::size_t best = 0;
-  double best_value = 0.0;
-  for (std::size_t i = 0; i < places; ++i) {
-    double value = 0.0;
-    for (std::size_t j = 0; j < values.size(); ++j)
-      value += weights[i * values.size() + j] * values[j];
-    if (i == 0 || value < best_value) {
-      best = i;
-      best_value = value;
+// One end of one parameter's interval on its way.
+struct End {
+  std::size_t dimension;
+  double direction;  // -1 towards the lower bound, +1 towards the upper
+  double inside;     // outermost compatible value in the unit range
+  double outside;    // innermost incompatible one beyond it; the bound while none is known
+  bool bracketed = false;
+  double step;
+
+  double bound() const { return direction < 0.0 ? 0.0 : 1.0; }
+  bool is_known(double tolerance) const { return std::abs(outside - inside) <= tolerance; }
+  double next() const {
+    if (bracketed) return 0.5 * (inside + outside);
+    return std::clamp(inside + direction * step, 0.0, 1.0);
+  }
+  void learn(double value, bool is_compatible) {
+    if (is_compatible) {
+      inside = value;
+      step *= 2.0;
+    } else {
+      outside = value;
+      bracketed = true;
     }
   }
-  return best;
-}
-
-double percentile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double at = share * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(at);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
-}
-
-// The log objective, cut off well above its minimum: there the landscape is a cliff (particles
-// jam), which would teach the surrogate lengths that are too short for the valley.
-std::vector<double> surrogate_values(std::span<const double> objectives) {
-  constexpr double cut = 20.0;  // times the lowest objective
-  const double lowest_objective = *std::min_element(objectives.begin(), objectives.end());
-  std::vector<double> values;
-  for (const double objective : objectives)
-    values.push_back(std::log(std::min(objective, cut * lowest_objective)));
-  return values;
-}
+  // A compatible bound leaves the interval open; otherwise the end lies between the last two
+  // values.
+  bool is_open() const { return !bracketed && inside == bound(); }
+  double end() const { return is_open() ? bound() : bracketed ? 0.5 * (inside + outside) : inside; }
+};
 
 }  // namespace
+
+const Evaluation& best_of(std::span<const Evaluation> evaluations) {
+  return *std::min_element(evaluations.begin(),
+                           evaluations.end(),
+                           [](const auto& a, const auto& b) { return a.objective < b.objective; });
+}
 
 std::vector<std::vector<double>> draw_objectives(const Problem& problem,
                                                  std::span<const Evaluation> evaluations,
@@ -97,18 +116,15 @@ std::vector<std::vector<double>> draw_objectives(const Problem& problem,
     } while (!spread_over_two(replicate_weights));
     const Band band = measure(problem.replicates, replicate_weights);
     for (const auto& runs : tracks) {
-      const datasets::Trajectories mean =
-          mean_track(measure(runs, draw_weights(runs.size(), generator)));
-      drawn[static_cast<std::size_t>(draw)].push_back(objective(band, problem.target.widths, mean));
+      const double value =
+          runs.empty() ? objective_of_rest(band, problem.target.widths)
+                       : objective(band,
+                                   problem.target.widths,
+                                   mean_track(measure(runs, draw_weights(runs.size(), generator))));
+      drawn[static_cast<std::size_t>(draw)].push_back(value);
     }
   });
   return drawn;
-}
-
-double small_sample_stretch(std::size_t replicates) {
-  const auto n = static_cast<double>(replicates);
-  return critical_value(Critical::student_t, static_cast<int>(replicates)) / 1.96 *
-         std::sqrt(n / (n - 1.0));
 }
 
 double range_of_noise(const Problem& problem,
@@ -118,69 +134,120 @@ double range_of_noise(const Problem& problem,
   // table 22).
   constexpr std::array<double, 6> range_95 = {0.0, 0.0, 2.77, 3.31, 3.63, 3.86};
   const auto drawn = draw_objectives(problem, evaluations, options);
-  // The standard deviation of a single objective, from that of the differences, which common
-  // replicates leave.
+  // The variance of a single objective is half that of the differences, from which common
+  // replicates drop out.
   double variance = 0.0;
   int pairs = 0;
   for (std::size_t i = 0; i < evaluations.size(); ++i) {
     for (std::size_t j = i + 1; j < evaluations.size(); ++j) {
-      double mean = 0.0;
-      for (const auto& draw : drawn)
-        mean += (draw[i] - draw[j]) / static_cast<double>(drawn.size());
-      for (const auto& draw : drawn) {
-        variance += std::pow(draw[i] - draw[j] - mean, 2) / static_cast<double>(drawn.size() - 1);
-      }
+      variance += 0.5 * std::pow(difference_deviation(drawn, i, j), 2);
       ++pairs;
     }
   }
   const std::size_t count = std::min(evaluations.size(), range_95.size() - 1);
-  return range_95[count] * small_sample_stretch(problem.replicates.size()) *
-         std::sqrt(0.5 * variance / std::max(1, pairs));
+  return range_95[count] * small_sample_factor(problem.replicates.size()) *
+         std::sqrt(variance / std::max(1, pairs));
 }
 
-Bootstrap bootstrap_minimum(const Problem& problem,
-                            std::span<const Evaluation> evaluations,
-                            const ParameterSpace& space,
-                            const BootstrapOptions& options) {
-  // 1. The surrogate on all replicates
-  std::vector<Evaluation> usable;
+Excess excess_over(const Problem& problem,
+                   const Evaluation& reference,
+                   const Evaluation& evaluation,
+                   const BootstrapOptions& options) {
+  const std::vector<Evaluation> both = {reference, evaluation};
+  const std::size_t n = problem.replicates.size();
+  return {evaluation.objective - reference.objective,
+          critical_value(Critical::student_t, static_cast<int>(n)) * small_sample_factor(n) *
+              difference_deviation(draw_objectives(problem, both, options), 0, 1)};
+}
+
+Surrogate fit_surrogate(const Problem& problem,
+                        std::span<const Evaluation> evaluations,
+                        const ParameterSpace& space) {
+  constexpr double cut = 20.0;  // times the lowest objective
+  const double highest = cut * best_of(evaluations).objective;
   std::vector<UnitPoint> points;
-  std::vector<double> objectives;
+  std::vector<double> values;
   std::vector<double> noise;
   for (const Evaluation& evaluation : evaluations) {
     if (evaluation.failed > 0) continue;
-    usable.push_back(evaluation);
     points.push_back(space.to_unit(evaluation.parameters));
-    objectives.push_back(evaluation.objective);
+    values.push_back(std::log(std::min(evaluation.objective, highest)));
     noise.push_back(objective_noise(problem.target, evaluation.runs) / evaluation.objective);
   }
-  const std::vector<double> values = surrogate_values(objectives);
-  const Surrogate surrogate(points, values, noise);
-  const std::vector<UnitPoint> places = grid(space.dimension());
-  const std::vector<double> weights = surrogate.prediction_weights(places);
-  Bootstrap bootstrap;
-  bootstrap.minimum = places[lowest(weights, values, places.size())];
-  bootstrap.leave_one_out_error = surrogate.leave_one_out_error();
-  bootstrap.value_spread = surrogate.value_spread();
+  return Surrogate(points, values, noise);
+}
 
-  // 2. The same minimum for every draw
-  for (const auto& drawn : draw_objectives(problem, usable, options)) {
-    bootstrap.draws.push_back(places[lowest(weights, surrogate_values(drawn), places.size())]);
-  }
+UnitPoint surrogate_minimum(const Surrogate& surrogate,
+                            std::size_t dimension,
+                            int fixed,
+                            double value) {
+  const std::vector<UnitPoint> places = grid(dimension, fixed, value);
+  const std::vector<double> predictions = surrogate.predict(places);
+  return places[static_cast<std::size_t>(std::min_element(predictions.begin(), predictions.end()) -
+                                         predictions.begin())];
+}
 
-  // 3. Percentiles, stretched
-  const double stretch = small_sample_stretch(problem.replicates.size());
+std::vector<Profile> profile_parameters(
+    const Problem& problem,
+    const ParameterSpace& space,
+    std::span<const Evaluation> evaluations,
+    const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
+    const ProfileOptions& options) {
+  const Surrogate surrogate = fit_surrogate(problem, evaluations, space);
+  const Evaluation reference = best_of(evaluations);
+  const UnitPoint centre = space.to_unit(reference.parameters);
+  std::vector<Profile> profiles;
+  std::vector<End> ends;
   for (std::size_t d = 0; d < space.dimension(); ++d) {
-    std::vector<double> coordinates;
-    for (const UnitPoint& draw : bootstrap.draws) coordinates.push_back(draw[d]);
-    const double centre = bootstrap.minimum[d];
-    bootstrap.interval.push_back(
-        {std::clamp(
-             centre - stretch * std::max(0.0, centre - percentile(coordinates, 0.025)), 0.0, 1.0),
-         std::clamp(
-             centre + stretch * std::max(0.0, percentile(coordinates, 0.975) - centre), 0.0, 1.0)});
+    const std::string& name = space.tuned()[d].name;
+    profiles.push_back(
+        {.name = name,
+         .points = {{value_of(reference.parameters, name), reference.objective, {}}}});
+    for (const double direction : {-1.0, 1.0}) {
+      ends.push_back({.dimension = d,
+                      .direction = direction,
+                      .inside = centre[d],
+                      .outside = direction < 0.0 ? 0.0 : 1.0,
+                      .step = options.first_step});
+    }
   }
-  return bootstrap;
+
+  for (int round = 0; round < options.rounds; ++round) {
+    // 1. The next value of every end, with the other parameters at the surrogate's best for it
+    std::vector<End*> open;
+    std::vector<ParameterSet> places;
+    for (End& end : ends) {
+      if (end.is_known(options.tolerance)) continue;
+      open.push_back(&end);
+      places.push_back(space.from_unit(surrogate_minimum(
+          surrogate, space.dimension(), static_cast<int>(end.dimension), end.next())));
+    }
+    if (open.empty()) break;
+    // 2. All of them simulated at once, and tested
+    const std::vector<Evaluation> tried = evaluate(places);
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const Excess excess = excess_over(problem, reference, tried[i], options.bootstrap);
+      Profile& profile = profiles[open[i]->dimension];
+      profile.points.push_back({value_of(places[i], profile.name), tried[i].objective, excess});
+      open[i]->learn(open[i]->next(), excess.is_compatible());
+    }
+  }
+
+  // 3. Ends to intervals
+  for (const End& end : ends) {
+    Profile& profile = profiles[end.dimension];
+    UnitPoint point = centre;
+    point[end.dimension] = end.end();
+    const double value = value_of(space.from_unit(point), profile.name);
+    (end.direction < 0.0 ? profile.interval.lower : profile.interval.upper) = value;
+    (end.direction < 0.0 ? profile.open_below : profile.open_above) = end.is_open();
+  }
+  for (Profile& profile : profiles) {
+    std::sort(profile.points.begin(), profile.points.end(), [](const auto& a, const auto& b) {
+      return a.value < b.value;
+    });
+  }
+  return profiles;
 }
 
 }  // namespace graintruth::calibrate

@@ -1,6 +1,10 @@
-// How well the data pin the parameters down: the minimum of the objective is found again and again
-// for replicates and seeds drawn anew from those at hand.
+// How well the data pin the parameters down: which values are not significantly worse than the
+// best, when replicates and seeds could have been others.
 #pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "calibrate/problem.h"
 #include "calibrate/surrogate.h"
@@ -13,20 +17,16 @@ struct Interval {
 };
 
 struct BootstrapOptions {
-  int draws = 400;
+  int draws = 300;
   std::uint64_t seed = 1;
   int jobs = 1;
 };
 
-// Objectives of the same evaluations for replicates (outer) and seeds (inner) drawn anew:
-// [draw][evaluation]. No new simulations are run.
+// Objectives of the same evaluations for replicates (outer) and seeds (inner) drawn anew with
+// replacement: [draw][evaluation]. No new simulations are run.
 std::vector<std::vector<double>> draw_objectives(const Problem& problem,
                                                  std::span<const Evaluation> evaluations,
                                                  const BootstrapOptions& options);
-
-// Because n replicates drawn from n vary too little, distances are stretched by t(0.975, n-1)/1.96
-// sqrt(n/(n-1)) (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015).
-double small_sample_stretch(std::size_t replicates);
 
 // The range of the objective over a few evaluations that replicates and seeds alone would give in
 // 95 % of cases if all had the same expectation.
@@ -34,19 +34,67 @@ double range_of_noise(const Problem& problem,
                       std::span<const Evaluation> evaluations,
                       const BootstrapOptions& options);
 
-struct Bootstrap {
-  UnitPoint minimum;                 // of the surrogate, on all replicates
-  std::vector<UnitPoint> draws;      // the minimum for each draw
-  std::vector<Interval> interval;    // 95 %, in the unit cube, one a dimension; clipped to it
-  double leave_one_out_error = 0.0;  // of the surrogate, in log objective
-  double value_spread = 0.0;         // of the log objective over the evaluations
+// How much worse an evaluation is than the reference, and by how much it may be worse before that
+// is significant: Student's t(0.975, n - 1) times the bootstrap standard deviation of the
+// difference, times sqrt(n / (n - 1)) because n replicates drawn from n vary too little (Efron and
+// Tibshirani 1993, section 5.3; Hesterberg 2015).
+struct Excess {
+  double objective = 0.0;  // above the reference's
+  double allowed = 0.0;
+  bool is_compatible() const { return objective <= allowed; }
+};
+Excess excess_over(const Problem& problem,
+                   const Evaluation& reference,
+                   const Evaluation& evaluation,
+                   const BootstrapOptions& options);
+
+// One value of one parameter, with the others where the surrogate puts their best.
+struct ProfilePoint {
+  double value = 0.0;  // of the parameter
+  double objective = 0.0;
+  Excess excess;
 };
 
-// Minimum of the log objective over the unit cube of `space`, and the same for every draw. The 95 %
-// interval is that of the draws' percentiles, stretched for the small sample.
-Bootstrap bootstrap_minimum(const Problem& problem,
-                            std::span<const Evaluation> evaluations,
-                            const ParameterSpace& space,
-                            const BootstrapOptions& options);
+// The 95 % interval of a parameter: the values from which the best cannot be told apart (the
+// inversion of a test), each end found by bisection on real simulations.
+struct Profile {
+  std::string name;
+  Interval interval;
+  bool open_below = false;  // still compatible at the bound of the search
+  bool open_above = false;
+  std::vector<ProfilePoint> points;  // rising in value; the reference among them
+};
+
+struct ProfileOptions {
+  BootstrapOptions bootstrap;
+  int rounds = 5;            // of one evaluation on either side of every parameter
+  double first_step = 0.04;  // of the range; doubled while the value is compatible
+  double tolerance = 0.015;  // of the range; an end known to this is not sought further
+};
+
+// `evaluate` runs new parameter sets with the seeds of the search. `evaluations` are those of the
+// search so far; the best of them is the reference.
+std::vector<Profile> profile_parameters(
+    const Problem& problem,
+    const ParameterSpace& space,
+    std::span<const Evaluation> evaluations,
+    const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
+    const ProfileOptions& options);
+
+// The surrogate of the log objective over the unit cube of `space`. Failed evaluations are left
+// out; the objective is cut off well above its minimum, where the landscape is a cliff (particles
+// jam) that would hide the valley's lengths.
+Surrogate fit_surrogate(const Problem& problem,
+                        std::span<const Evaluation> evaluations,
+                        const ParameterSpace& space);
+
+// The place of the surrogate's minimum on a regular grid; with `fixed` dimension held at `value` if
+// it is not negative.
+UnitPoint surrogate_minimum(const Surrogate& surrogate,
+                            std::size_t dimension,
+                            int fixed = -1,
+                            double value = 0.0);
+
+const Evaluation& best_of(std::span<const Evaluation> evaluations);
 
 }  // namespace graintruth::calibrate

@@ -6,14 +6,18 @@ namespace graintruth::tracking {
 
 namespace {
 
-// rows <= columns. u, v are the dual variables; each row in turn is added by the cheapest alternating path.
+// rows <= columns. u, v are the dual variables; each row in turn is added by the cheapest
+// alternating path.
 std::vector<int> assign_wide(const Eigen::MatrixXd& cost) {
   const int rows = static_cast<int>(cost.rows()), columns = static_cast<int>(cost.cols());
   const auto at = [](auto& list, int i) -> auto& { return list[static_cast<std::size_t>(i)]; };
-  std::vector<double> u(static_cast<std::size_t>(rows) + 1), v(static_cast<std::size_t>(columns) + 1);
-  std::vector<int> row_of(static_cast<std::size_t>(columns) + 1, 0);  // 1-based, 0 = free; column 0 is the start
+  std::vector<double> u(static_cast<std::size_t>(rows) + 1),
+      v(static_cast<std::size_t>(columns) + 1);
+  std::vector<int> row_of(static_cast<std::size_t>(columns) + 1,
+                          0);  // 1-based, 0 = free; column 0 is the start
   for (int row = 1; row <= rows; ++row) {
-    std::vector<double> shortest(static_cast<std::size_t>(columns) + 1, std::numeric_limits<double>::infinity());
+    std::vector<double> shortest(static_cast<std::size_t>(columns) + 1,
+                                 std::numeric_limits<double>::infinity());
     std::vector<int> before(static_cast<std::size_t>(columns) + 1, 0);
     std::vector<char> done(static_cast<std::size_t>(columns) + 1, 0);
     at(row_of, 0) = row;
@@ -72,7 +76,8 @@ std::vector<int> assign(const Eigen::MatrixXd& cost, double forbidden) {
       result[static_cast<std::size_t>(row_of[column])] = static_cast<int>(column);
   }
   for (std::size_t row = 0; row < rows; ++row) {
-    if (result[row] >= 0 && bounded(static_cast<Eigen::Index>(row), result[row]) >= forbidden) result[row] = -1;
+    if (result[row] >= 0 && bounded(static_cast<Eigen::Index>(row), result[row]) >= forbidden)
+      result[row] = -1;
   }
   return result;
 }

@@ -7,8 +7,9 @@
 
 namespace graintruth::tracking {
 
-// cost(row, column); rows <= columns or the reverse, no NaN. Returns the column of each row, -1 where a row gets none
-// (more rows than columns, or every way to give it one costs `forbidden` or more).
+// cost(row, column); rows <= columns or the reverse, no NaN. Returns the column of each row, -1
+// where a row gets none (more rows than columns, or every way to give it one costs `forbidden` or
+// more).
 std::vector<int> assign(const Eigen::MatrixXd& cost, double forbidden = 1.0e12);
 
 }  // namespace graintruth::tracking

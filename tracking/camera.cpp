@@ -21,7 +21,8 @@ Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector) {
   return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
 }
 
-// What is known of any laboratory camera before a dot is seen; each wide enough for the dots to take over.
+// What is known of any laboratory camera before a dot is seen; each wide enough for the dots to
+// take over.
 struct Prior {
   Parameters mean, sigma;
 };
@@ -36,8 +37,8 @@ Prior camera_prior(int width, int height, double pixel_aspect) {
   constexpr double unknown = 1.0e3;
   // Tilts of a camera that was set up to look straight at the rig: a few degrees. Roll: free.
   prior.sigma << 0.5, 0.1, 0.15, 0.15, unknown, unknown, unknown, unknown,
-      0.1 / (corner * corner),             // 10 % of the radius at the corner is a strong distortion
-      0.01 / std::pow(corner, 4);          // the next term is usually a tenth of it
+      0.1 / (corner * corner),     // 10 % of the radius at the corner is a strong distortion
+      0.01 / std::pow(corner, 4);  // the next term is usually a tenth of it
   return prior;
 }
 
@@ -119,7 +120,8 @@ Parameters starting_parameters(const std::vector<datasets::Fiducial>& fiducials,
                                int width,
                                int height,
                                const Prior& prior) {
-  // Least squares for q = s * Rot * p + t with q = (a * column, -row); complex numbers keep it to two lines.
+  // Least squares for q = s * Rot * p + t with q = (a * column, -row); complex numbers keep it to
+  // two lines.
   const double aspect = std::exp(prior.mean[1]);
   Eigen::Vector2d mean_lab = Eigen::Vector2d::Zero(), mean_picture = Eigen::Vector2d::Zero();
   const auto lab = [&](const FiducialSighting& s) {
@@ -127,7 +129,8 @@ Parameters starting_parameters(const std::vector<datasets::Fiducial>& fiducials,
     return Eigen::Vector2d(dot.x, dot.z);
   };
   const auto picture = [&](const FiducialSighting& s) {
-    return Eigen::Vector2d(aspect * (s.pixel.x() - 0.5 * (width - 1)), -(s.pixel.y() - 0.5 * (height - 1)));
+    return Eigen::Vector2d(aspect * (s.pixel.x() - 0.5 * (width - 1)),
+                           -(s.pixel.y() - 0.5 * (height - 1)));
   };
   for (const auto& s : sightings) {
     mean_lab += lab(s) / static_cast<double>(sightings.size());
@@ -159,7 +162,8 @@ Camera::Camera(int width, int height, const Parameters& parameters)
   focal_ = std::exp(parameters[0]);
   aspect_ = std::exp(parameters[1]);
   // Right, down, forward from right, up, towards the camera.
-  rotation_ = rotation_matrix(parameters.segment<3>(2)) * Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  rotation_ =
+      rotation_matrix(parameters.segment<3>(2)) * Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   // The foot (x, z, 0) of the optical axis is seen straight ahead, at the stated distance.
   const Eigen::Vector3d foot(parameters[5], parameters[6], 0.0);
   translation_ = Eigen::Vector3d(0.0, 0.0, std::exp(parameters[7])) - rotation_ * foot;
@@ -171,13 +175,15 @@ Eigen::Vector2d Camera::project(const Eigen::Vector3d& point) const {
   const double u = seen.x() / seen.z(), v = seen.y() / seen.z();
   const double square = u * u + v * v;
   const double stretch = 1.0 + square * (parameters_[8] + parameters_[9] * square);
-  return {0.5 * (width_ - 1) + focal_ / aspect_ * u * stretch, 0.5 * (height_ - 1) + focal_ * v * stretch};
+  return {0.5 * (width_ - 1) + focal_ / aspect_ * u * stretch,
+          0.5 * (height_ - 1) + focal_ * v * stretch};
 }
 
 Eigen::Vector2d Camera::unproject(const Eigen::Vector2d& pixel) const {
   const double distorted_u = (pixel.x() - 0.5 * (width_ - 1)) * aspect_ / focal_;
   const double distorted_v = (pixel.y() - 0.5 * (height_ - 1)) / focal_;
-  // Undo the distortion by fixed-point iteration: it shrinks the error by the distortion itself, a few per cent.
+  // Undo the distortion by fixed-point iteration: it shrinks the error by the distortion itself, a
+  // few per cent.
   double u = distorted_u, v = distorted_v;
   for (int i = 0; i < 12; ++i) {
     const double square = u * u + v * v;
@@ -198,10 +204,15 @@ Eigen::Matrix2d Camera::jacobian(double x, double z) const {
   return result;
 }
 
-double Camera::scale(double x, double z) const { return std::sqrt(std::abs(jacobian(x, z).determinant())); }
+double Camera::scale(double x, double z) const {
+  return std::sqrt(std::abs(jacobian(x, z).determinant()));
+}
 
-void sphere_outline(
-    const Camera& camera, double x, double z, double radius, std::vector<Eigen::Vector2d>& outline) {
+void sphere_outline(const Camera& camera,
+                    double x,
+                    double z,
+                    double radius,
+                    std::vector<Eigen::Vector2d>& outline) {
   const Eigen::Vector3d centre(x, z, 0.0);
   const Eigen::Vector3d sight = centre - camera.position();
   const double square = sight.squaredNorm();
@@ -213,8 +224,8 @@ void sphere_outline(
   const auto count = static_cast<double>(outline.size());
   for (std::size_t k = 0; k < outline.size(); ++k) {
     const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / count;
-    outline[k] =
-        camera.project(circle_centre + circle_radius * (std::cos(angle) * right + std::sin(angle) * up));
+    outline[k] = camera.project(circle_centre +
+                                circle_radius * (std::cos(angle) * right + std::sin(angle) * up));
   }
 }
 
@@ -225,7 +236,9 @@ Eigen::Vector2d disc_centroid(const Camera& camera, double x, double z, double d
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
   const auto corner = [&](int k) -> Eigen::Vector2d {
     const double angle = 2.0 * std::numbers::pi * k / corners;
-    return camera.project(x + 0.5 * diameter * std::cos(angle), z + 0.5 * diameter * std::sin(angle)) - origin;
+    return camera.project(x + 0.5 * diameter * std::cos(angle),
+                          z + 0.5 * diameter * std::sin(angle)) -
+           origin;
   };
   Eigen::Vector2d previous = corner(0);
   for (int k = 1; k <= corners; ++k) {
@@ -246,10 +259,12 @@ Eigen::Matrix2d Calibration::point_covariance(double x, double z) const {
     forward[k] += delta;
     backward[k] -= delta;
     derivative.col(k) = (Camera(camera.width(), camera.height(), forward).project(x, z) -
-                         Camera(camera.width(), camera.height(), backward).project(x, z)) / (2.0 * delta);
+                         Camera(camera.width(), camera.height(), backward).project(x, z)) /
+                        (2.0 * delta);
   }
   const Eigen::Matrix2d plane_from_pixel = camera.jacobian(x, z).inverse();
-  return plane_from_pixel * derivative * covariance * derivative.transpose() * plane_from_pixel.transpose();
+  return plane_from_pixel * derivative * covariance * derivative.transpose() *
+         plane_from_pixel.transpose();
 }
 
 Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
@@ -259,9 +274,11 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
                       double pixel_aspect) {
   constexpr std::size_t fewest = 4;
   const auto complain = [&](std::size_t count) {
-    throw datasets::InputError(fmt::format(
-        "camera.fiducials: {} usable dots; at least {} are needed to calibrate the camera, 8 or more are better",
-        count, fewest));
+    throw datasets::InputError(
+        fmt::format("camera.fiducials: {} usable dots; at least {} are needed to calibrate the "
+                    "camera, 8 or more are better",
+                    count,
+                    fewest));
   };
   if (sightings.size() < fewest) complain(sightings.size());
   const Prior prior = camera_prior(width, height, pixel_aspect);
@@ -270,17 +287,22 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
   Calibration result;
   // 1. Fit, and while one dot spoils it leave that one out
   while (true) {
-    fit = fit_camera(fiducials, kept, width, height, prior,
+    fit = fit_camera(fiducials,
+                     kept,
+                     width,
+                     height,
+                     prior,
                      starting_parameters(fiducials, kept, width, height, prior));
     result.camera = Camera(width, height, fit.parameters);
     result.residuals.clear();
     for (const FiducialSighting& s : kept) {
       const auto& dot = fiducials[static_cast<std::size_t>(s.fiducial)];
-      const Eigen::Vector2d miss = disc_centroid(result.camera, dot.x, dot.z, dot.diameter) - s.pixel;
+      const Eigen::Vector2d miss =
+          disc_centroid(result.camera, dot.x, dot.z, dot.diameter) - s.pixel;
       result.residuals.push_back((result.camera.jacobian(dot.x, dot.z).inverse() * miss).norm());
     }
-    // A dot that was mismeasured bends the whole fit: left out, the others agree much better. With good dots one less
-    // changes little; a few hundredths of a pixel are never worth a dot.
+    // A dot that was mismeasured bends the whole fit: left out, the others agree much better. With
+    // good dots one less changes little; a few hundredths of a pixel are never worth a dot.
     const double rms_px = std::sqrt(fit.data_square / (2.0 * static_cast<double>(kept.size())));
     if (kept.size() <= fewest || rms_px < 2.0 * nominal_dot_sigma) break;
     double least = fit.data_square;
@@ -288,7 +310,8 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
     for (std::size_t i = 0; i < kept.size(); ++i) {
       std::vector<FiducialSighting> others = kept;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      const double square = fit_camera(fiducials, others, width, height, prior, fit.parameters).data_square;
+      const double square =
+          fit_camera(fiducials, others, width, height, prior, fit.parameters).data_square;
       if (square < least) {
         least = square;
         culprit = i;
@@ -298,7 +321,8 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
     if (culprit == kept.size() || plain_gain * least > fit.data_square) break;
     kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(culprit));
   }
-  // 2. Scatter, residuals in millimetres, and what each dot would have been predicted to be by the others
+  // 2. Scatter, residuals in millimetres, and what each dot would have been predicted to be by the
+  // others
   const double freedom = std::max(2.0, 2.0 * static_cast<double>(kept.size()) - 8.0);
   result.pixel_sigma = std::max(std::sqrt(fit.data_square / freedom), 0.01);
   result.covariance = fit.information.inverse() * result.pixel_sigma * result.pixel_sigma;
@@ -315,9 +339,12 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
       std::vector<FiducialSighting> others = kept;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
       const Camera camera(
-          width, height, fit_camera(fiducials, others, width, height, prior, fit.parameters).parameters);
+          width,
+          height,
+          fit_camera(fiducials, others, width, height, prior, fit.parameters).parameters);
       const auto& dot = fiducials[static_cast<std::size_t>(kept[i].fiducial)];
-      const Eigen::Vector2d miss = disc_centroid(camera, dot.x, dot.z, dot.diameter) - kept[i].pixel;
+      const Eigen::Vector2d miss =
+          disc_centroid(camera, dot.x, dot.z, dot.diameter) - kept[i].pixel;
       const double error = (camera.jacobian(dot.x, dot.z).inverse() * miss).norm();
       left_out_square += error * error;
       result.leave_one_out_max = std::max(result.leave_one_out_max, error);

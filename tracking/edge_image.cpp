@@ -17,22 +17,28 @@ EdgeImage::EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_p
   frame(region_).convertTo(exact, CV_32FC3);
   cv::cvtColor(exact, exact, cv::COLOR_BGR2YCrCb);
   cv::split(exact, parts);
-  // Films store colour at half the resolution and decoders repeat it in blocks of 2 x 2: without more smoothing than
-  // the brightness needs, edges of colour would step with the blocks by half a pixel.
+  // Films store colour at half the resolution and decoders repeat it in blocks of 2 x 2: without
+  // more smoothing than the brightness needs, edges of colour would step with the blocks by half a
+  // pixel.
   constexpr double colour_blur_px = 1.4;
   cv::GaussianBlur(parts[0], parts[0], cv::Size(5, 5), blur_px, blur_px, cv::BORDER_REPLICATE);
   for (int c : {1, 2}) {
     parts[c] -= 128.0;  // OpenCV's grey
-    cv::GaussianBlur(parts[c], parts[c], cv::Size(9, 9), colour_blur_px, colour_blur_px, cv::BORDER_REPLICATE);
+    cv::GaussianBlur(
+        parts[c], parts[c], cv::Size(9, 9), colour_blur_px, colour_blur_px, cv::BORDER_REPLICATE);
   }
   cv::merge(parts, 3, smooth_);
-  cv::inRange(frame(region_), cv::Scalar(saturation, saturation, saturation), cv::Scalar(255, 255, 255), saturated_);
+  cv::inRange(frame(region_),
+              cv::Scalar(saturation, saturation, saturation),
+              cv::Scalar(255, 255, 255),
+              saturated_);
   cv::dilate(saturated_, saturated_, cv::Mat::ones(5, 5, CV_8U));
 }
 
 bool EdgeImage::contains(const Eigen::Vector2d& pixel, double margin) const {
   return pixel.x() > region_.x + margin && pixel.y() > region_.y + margin &&
-         pixel.x() < region_.x + region_.width - 1 - margin && pixel.y() < region_.y + region_.height - 1 - margin;
+         pixel.x() < region_.x + region_.width - 1 - margin &&
+         pixel.y() < region_.y + region_.height - 1 - margin;
 }
 
 Eigen::Vector3f EdgeImage::at(const Eigen::Vector2d& pixel) const {
@@ -55,7 +61,8 @@ bool EdgeImage::is_saturated(const Eigen::Vector2d& pixel) const {
 double camera_noise(const cv::Mat& frame) {
   cv::Mat channel, response;
   cv::extractChannel(frame, channel, 1);
-  // The difference of two Laplacians answers neither to slopes nor to plain edges; its gain on white noise is 6.
+  // The difference of two Laplacians answers neither to slopes nor to plain edges; its gain on
+  // white noise is 6.
   const cv::Mat kernel = (cv::Mat_<float>(3, 3) << 1, -2, 1, -2, 4, -2, 1, -2, 1);
   cv::filter2D(channel, response, CV_32F, kernel);
   std::vector<float> magnitudes;

@@ -16,15 +16,16 @@ double bilinear(const cv::Mat& grey, const Eigen::Vector2d& pixel) {
   const double fx = pixel.x() - x0, fy = pixel.y() - y0;
   const std::uint8_t* top = grey.ptr<std::uint8_t>(y0) + x0;
   const std::uint8_t* bottom = grey.ptr<std::uint8_t>(y0 + 1) + x0;
-  return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
+  return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) +
+         fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
 }
 
 bool is_inside(const cv::Mat& grey, const Eigen::Vector2d& pixel) {
   return pixel.x() >= 1 && pixel.y() >= 1 && pixel.x() < grey.cols - 2 && pixel.y() < grey.rows - 2;
 }
 
-// Mean over the face's width of how much brighter it gets over a pixel downwards, at heights from `top` down in steps.
-// Empty where the face leaves the picture.
+// Mean over the face's width of how much brighter it gets over a pixel downwards, at heights from
+// `top` down in steps. Empty where the face leaves the picture.
 std::vector<double> downward_gradient(const cv::Mat& grey,
                                       const Camera& camera,
                                       const datasets::Piston& piston,
@@ -34,7 +35,8 @@ std::vector<double> downward_gradient(const cv::Mat& grey,
   const double width = piston.right_x - piston.left_x;
   // The ends are left out: there the face meets the column's walls.
   const double from = piston.left_x + 0.06 * width, to = piston.right_x - 0.06 * width;
-  const int columns = std::clamp(static_cast<int>(0.5 * (to - from) * camera.scale(0.5 * (from + to), top)), 8, 200);
+  const int columns = std::clamp(
+      static_cast<int>(0.5 * (to - from) * camera.scale(0.5 * (from + to), top)), 8, 200);
   std::vector<double> profile(static_cast<std::size_t>(count) + 2, 0.0);
   for (int c = 0; c < columns; ++c) {
     const double x = from + (to - from) * c / (columns - 1.0);
@@ -58,16 +60,18 @@ double PistonWatcher::measure(const cv::Mat& grey, const Camera& camera) {
   const bool first = record_.time.empty();
   record_.time.push_back(static_cast<double>(record_.time.size()) / frame_rate_);
   const double reference = first ? piston_.face_z : last_height_;
-  const double pixel = 1.0 / camera.scale(0.5 * (piston_.left_x + piston_.right_x), reference);  // m
+  const double pixel =
+      1.0 / camera.scale(0.5 * (piston_.left_x + piston_.right_x), reference);  // m
   const double step = 0.5 * pixel;
-  // First frame: the rig was measured to some millimetres, and the front edge of a deep face shows parallax.
-  // Later: a frame's travel, and as much again for every frame in which it was not seen.
+  // First frame: the rig was measured to some millimetres, and the front edge of a deep face shows
+  // parallax. Later: a frame's travel, and as much again for every frame in which it was not seen.
   const double travel = piston_.velocity_z / frame_rate_ * (1 + lost_);
   constexpr double rig_tolerance = 5.0e-3;  // m
   const double up = first ? rig_tolerance : 2.0 * pixel + std::max(0.0, 1.3 * travel);
   const double down = first ? rig_tolerance : 2.0 * pixel + std::max(0.0, -1.3 * travel);
   const int count = static_cast<int>((up + down) / step) + 1;
-  const std::vector<double> gradient = downward_gradient(grey, camera, piston_, reference + up, step, count);
+  const std::vector<double> gradient =
+      downward_gradient(grey, camera, piston_, reference + up, step, count);
   double height = nan;
   if (gradient.size() >= 3) {
     std::size_t best = 0;
@@ -79,11 +83,13 @@ double PistonWatcher::measure(const cv::Mat& grey, const Camera& camera) {
         best = k;
       }
     }
-    const double needed = sign_ == 0.0 ? 2.0 : 0.4 * strength_;  // grey levels a pixel, mean over the width
+    const double needed =
+        sign_ == 0.0 ? 2.0 : 0.4 * strength_;  // grey levels a pixel, mean over the width
     if (strongest > needed) {
       const double before = gradient[best - 1], here = gradient[best], after = gradient[best + 1];
       const double curvature = before - 2.0 * here + after;
-      const double offset = curvature != 0.0 ? std::clamp(0.5 * (before - after) / curvature, -1.0, 1.0) : 0.0;
+      const double offset =
+          curvature != 0.0 ? std::clamp(0.5 * (before - after) / curvature, -1.0, 1.0) : 0.0;
       height = reference + up - (static_cast<double>(best) + offset) * step;
       if (sign_ == 0.0) {
         sign_ = here > 0.0 ? 1.0 : -1.0;
@@ -113,8 +119,9 @@ std::optional<Event> fit_onset(const HeightRecord& record, double expected_speed
     if (std::isfinite(record.height[i])) samples.push_back({record.time[i], record.height[i]});
   constexpr std::size_t fewest = 8;
   if (samples.size() < fewest || expected_speed == 0.0) return std::nullopt;
-  const double interval = (record.time.back() - record.time.front()) / static_cast<double>(record.time.size() - 1);
-  constexpr double span = 1.0;         // s after the onset
+  const double interval =
+      (record.time.back() - record.time.front()) / static_cast<double>(record.time.size() - 1);
+  constexpr double span = 1.0;          // s after the onset
   constexpr double speed_prior = 0.02;  // relative
 
   // Solves for z0 and v at a given t0; both enter linearly. Returns the robust cost.
@@ -179,10 +186,14 @@ std::optional<Event> fit_onset(const HeightRecord& record, double expected_speed
       if (s.time > best_time + span) break;
       misses.push_back(std::abs(s.height - best.z0 - best.v * std::max(0.0, s.time - best_time)));
     }
-    std::nth_element(misses.begin(), misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2), misses.end());
-    sigma = std::max(misses[misses.size() / 2] / 0.6745, 1.0e-3 * std::abs(expected_speed) * interval);
+    std::nth_element(misses.begin(),
+                     misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2),
+                     misses.end());
+    sigma =
+        std::max(misses[misses.size() / 2] / 0.6745, 1.0e-3 * std::abs(expected_speed) * interval);
   }
-  // It must really have stood still and then moved at about the stated speed: most samples of both parts near the line.
+  // It must really have stood still and then moved at about the stated speed: most samples of both
+  // parts near the line.
   int still_near = 0, moving_near = 0;
   for (const Sample& s : samples) {
     if (s.time > best_time + span) break;
@@ -193,12 +204,12 @@ std::optional<Event> fit_onset(const HeightRecord& record, double expected_speed
   }
   // A clock wrong by a factor of two is told of; a slower drift than that is no piston.
   const double speed_ratio = best.v / expected_speed;
-  if (best.still < 2 || 2 * still_near < best.still || 2 * moving_near < best.moving || speed_ratio < 0.45 ||
-      speed_ratio > 2.2 || sigma > std::abs(expected_speed) * interval)
+  if (best.still < 2 || 2 * still_near < best.still || 2 * moving_near < best.moving ||
+      speed_ratio < 0.45 || speed_ratio > 2.2 || sigma > std::abs(expected_speed) * interval)
     return std::nullopt;
 
-  // Covariance of (z0, v, t0); dz/dt0 = -v after the onset. Neighbouring frames err alike (the same pixels, the same
-  // compression), hence the factor two.
+  // Covariance of (z0, v, t0); dz/dt0 = -v after the onset. Neighbouring frames err alike (the same
+  // pixels, the same compression), hence the factor two.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   normal(1, 1) += std::pow(sigma / (speed_prior * expected_speed), 2);
   for (const Sample& s : samples) {

@@ -1,4 +1,5 @@
-// The start of motion, found on the film: "still, then at a constant speed", to a small part of a frame.
+// The start of motion, found on the film: "still, then at a constant speed", to a small part of a
+// frame.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -17,13 +18,15 @@ struct HeightRecord {
   std::vector<double> height;  // m
 };
 
-// Follows the edge of the piston's face through the film: the gradient along z averaged over the width of the face,
-// whose sign stays the same, so that curved or passing things average out.
+// Follows the edge of the piston's face through the film: the gradient along z averaged over the
+// width of the face, whose sign stays the same, so that curved or passing things average out.
 class PistonWatcher {
  public:
-  PistonWatcher(const datasets::Piston& piston, double frame_rate) : piston_(piston), frame_rate_(frame_rate) {}
+  PistonWatcher(const datasets::Piston& piston, double frame_rate)
+      : piston_(piston), frame_rate_(frame_rate) {}
 
-  // Measures the face in the next frame; `grey` is 8 bit. Returns the height of the edge, m, or NaN.
+  // Measures the face in the next frame; `grey` is 8 bit. Returns the height of the edge, m, or
+  // NaN.
   double measure(const cv::Mat& grey, const Camera& camera);
 
   const HeightRecord& record() const { return record_; }
@@ -42,13 +45,14 @@ class PistonWatcher {
 struct Event {
   double time = 0.0;         // s from the first frame
   double uncertainty = 0.0;  // s, one standard deviation
-  double speed = 0.0;        // m/s, of what was followed, negative downwards; 0 where it was not fitted
-  double scatter = 0.0;      // m, of the record about the fit
-  std::string how;           // "piston face", ...
+  double speed = 0.0;    // m/s, of what was followed, negative downwards; 0 where it was not fitted
+  double scatter = 0.0;  // m, of the record about the fit
+  std::string how;       // "piston face", ...
 };
 
-// Least squares of  z = z0 for t < t0,  z0 + v (t - t0) after it, over the frames up to one second after t0, with
-// `expected_speed` held to 2 % (parallax of the face's front edge). Empty when the record does not look like that.
+// Least squares of  z = z0 for t < t0,  z0 + v (t - t0) after it, over the frames up to one second
+// after t0, with `expected_speed` held to 2 % (parallax of the face's front edge). Empty when the
+// record does not look like that.
 std::optional<Event> fit_onset(const HeightRecord& record, double expected_speed);
 
 }  // namespace graintruth::tracking

@@ -10,20 +10,24 @@ namespace graintruth::tracking {
 namespace {
 
 double bilinear(const cv::Mat& grey, double column, double row) {
-  const double x = std::clamp(column, 0.0, grey.cols - 1.001), y = std::clamp(row, 0.0, grey.rows - 1.001);
+  const double x = std::clamp(column, 0.0, grey.cols - 1.001),
+               y = std::clamp(row, 0.0, grey.rows - 1.001);
   const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
   const double fx = x - x0, fy = y - y0;
   const std::uint8_t* top = grey.ptr<std::uint8_t>(y0) + x0;
   const std::uint8_t* bottom = grey.ptr<std::uint8_t>(y0 + 1) + x0;
-  return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
+  return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) +
+         fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
 }
 
-// One correspondence fixes nothing, two fix a similarity: lab (x, z) to corrected pixels (a * column, -row).
+// One correspondence fixes nothing, two fix a similarity: lab (x, z) to corrected pixels (a *
+// column, -row).
 struct Similarity {
   double real = 0.0, imaginary = 0.0;  // scale times cosine and sine of the turn
   Eigen::Vector2d shift;
   Eigen::Vector2d operator()(const Eigen::Vector2d& p) const {
-    return shift + Eigen::Vector2d(real * p.x() - imaginary * p.y(), imaginary * p.x() + real * p.y());
+    return shift +
+           Eigen::Vector2d(real * p.x() - imaginary * p.y(), imaginary * p.x() + real * p.y());
   }
 };
 
@@ -47,8 +51,10 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
     std::vector<std::vector<cv::Point>> contours;
     cv::findContours(dark, contours, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
     for (const auto& contour : contours) {
-      // A contour runs through pixel centres: add half a pixel all round to get the patch's own area.
-      const double area = cv::contourArea(contour) + 0.5 * static_cast<double>(contour.size()) + 1.0;
+      // A contour runs through pixel centres: add half a pixel all round to get the patch's own
+      // area.
+      const double area =
+          cv::contourArea(contour) + 0.5 * static_cast<double>(contour.size()) + 1.0;
       const double smallest = 12.0;  // px^2: below 4 px across a dot has no measurable shape
       if (area < smallest || area > grey.total() / 300.0) continue;
       const cv::Rect box = cv::boundingRect(contour);
@@ -68,15 +74,17 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
       for (int k = 0; k < around; ++k) {
         const double angle = 2.0 * std::numbers::pi * k / around;
         const double reach = 0.5 * diameter * 1.25 + 1.0;
-        light += bilinear(smooth, centre.x() + reach * std::cos(angle), centre.y() + reach * std::sin(angle)) >
-                 threshold;
+        light += bilinear(smooth,
+                          centre.x() + reach * std::cos(angle),
+                          centre.y() + reach * std::sin(angle)) > threshold;
       }
       if (light < around - 1) continue;
       bool merged = false;
       for (Group& group : groups) {
         const Eigen::Vector2d mean = group.sum.centre / group.members;
         const double mean_diameter = group.sum.diameter / group.members;
-        if ((mean - centre).norm() < 0.25 * mean_diameter && std::abs(mean_diameter - diameter) < 0.4 * diameter) {
+        if ((mean - centre).norm() < 0.25 * mean_diameter &&
+            std::abs(mean_diameter - diameter) < 0.4 * diameter) {
           group.sum.centre += centre;
           group.sum.diameter += diameter;
           ++group.members;
@@ -89,8 +97,10 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
   }
   std::vector<DarkDot> dots;
   for (const Group& group : groups) {
-    // A printed dot is dark over a good part of the picture's range; texture separates at one level only.
-    if (group.members >= 2) dots.push_back({group.sum.centre / group.members, group.sum.diameter / group.members});
+    // A printed dot is dark over a good part of the picture's range; texture separates at one level
+    // only.
+    if (group.members >= 2)
+      dots.push_back({group.sum.centre / group.members, group.sum.diameter / group.members});
   }
   return dots;
 }
@@ -143,14 +153,17 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
     return match;
   };
 
-  // 1. Every far pair of fiducials against every pair of dots that agrees with it in size and uprightness
+  // 1. Every far pair of fiducials against every pair of dots that agrees with it in size and
+  // uprightness
   Match best;
   Similarity best_map;
-  constexpr double largest_roll = 0.44;  // rad, 25 degrees: beyond that a symmetric layout could be taken turned
+  constexpr double largest_roll =
+      0.44;  // rad, 25 degrees: beyond that a symmetric layout could be taken turned
   for (std::size_t i = 0; i < fiducials.size(); ++i) {
     for (std::size_t j = 0; j < fiducials.size(); ++j) {
       const Eigen::Vector2d between = lab(j) - lab(i);
-      if (i == j || between.norm() < 0.4 * widest || (between.x() < 0 || (between.x() == 0 && between.y() < 0)))
+      if (i == j || between.norm() < 0.4 * widest ||
+          (between.x() < 0 || (between.x() == 0 && between.y() < 0)))
         continue;
       for (std::size_t a = 0; a < dots.size(); ++a) {
         for (std::size_t b = 0; b < dots.size(); ++b) {
@@ -161,12 +174,15 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
           const double ratio_b = size(b) / (scale * fiducials[j].diameter);
           if (std::min(ratio_a, ratio_b) < 0.7 || std::max(ratio_a, ratio_b) > 1.4) continue;
           const double real = between.dot(seen) / between.squaredNorm();
-          const double imaginary = (between.x() * seen.y() - between.y() * seen.x()) / between.squaredNorm();
+          const double imaginary =
+              (between.x() * seen.y() - between.y() * seen.x()) / between.squaredNorm();
           if (std::abs(std::atan2(imaginary, real)) > largest_roll) continue;
           Similarity map{real, imaginary, Eigen::Vector2d::Zero()};
           map.shift = corrected(a) - map(lab(i));
-          const Match match = match_with(map, std::max(slack, 0.5 * scale * fiducials[i].diameter), scale);
-          if (match.count > best.count || (match.count == best.count && match.misfit < best.misfit)) {
+          const Match match =
+              match_with(map, std::max(slack, 0.5 * scale * fiducials[i].diameter), scale);
+          if (match.count > best.count ||
+              (match.count == best.count && match.misfit < best.misfit)) {
             best = match;
             best_map = map;
           }
@@ -220,7 +236,9 @@ bool refine_fiducial(const cv::Mat& grey, FiducialSighting& sighting) {
     for (int k = 0; k < rays; ++k) {
       const double angle = 2.0 * std::numbers::pi * k / rays;
       const double c = std::cos(angle), s = std::sin(angle);
-      const auto at = [&](double r) { return bilinear(grey, sighting.pixel.x() + r * c, sighting.pixel.y() + r * s); };
+      const auto at = [&](double r) {
+        return bilinear(grey, sighting.pixel.x() + r * c, sighting.pixel.y() + r * s);
+      };
       // Plateaus inside and just outside this ray's own edge, so that uneven light cancels
       double dark = 0.0, light = 0.0;
       constexpr int samples = 4;
@@ -243,7 +261,8 @@ bool refine_fiducial(const cv::Mat& grey, FiducialSighting& sighting) {
       }
     }
     if (reach.size() < rays * 3 / 4) return false;
-    // r(angle) = r0 + x cos + y sin + the two terms of an ellipse; rays far off the fit are left out once
+    // r(angle) = r0 + x cos + y sin + the two terms of an ellipse; rays far off the fit are left
+    // out once
     std::vector<char> use(reach.size(), 1);
     Eigen::Matrix<double, 5, 1> shape;
     for (int round = 0; round < 2; ++round) {
@@ -260,7 +279,8 @@ bool refine_fiducial(const cv::Mat& grey, FiducialSighting& sighting) {
       }
       shape = normal.ldlt().solve(right);
       std::vector<double> misses;
-      for (std::size_t i = 0; i < reach.size(); ++i) misses.push_back(std::abs(row_of(i).dot(shape) - reach[i]));
+      for (std::size_t i = 0; i < reach.size(); ++i)
+        misses.push_back(std::abs(row_of(i).dot(shape) - reach[i]));
       std::vector<double> sorted = misses;
       std::sort(sorted.begin(), sorted.end());
       const double limit = std::max(0.15, 4.0 * sorted[sorted.size() / 2]);

@@ -1,4 +1,5 @@
-// Dark dots on light tabs, found in a picture without being told where, and named by their known layout.
+// Dark dots on light tabs, found in a picture without being told where, and named by their known
+// layout.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -15,17 +16,19 @@ struct DarkDot {
   double diameter = 0.0;   // px, of the disc of the same area
 };
 
-// All patches that could be a dot, over all grey levels at which they might separate from their ground.
+// All patches that could be a dot, over all grey levels at which they might separate from their
+// ground.
 std::vector<DarkDot> find_dark_dots(const cv::Mat& grey);
 
-// The assignment of dots to fiducials that explains most of them: two dots fix a similarity (upright camera, the scale
-// also told by the dots' size), all others vote. Sub-pixel centres by edges along rays. Empty when nothing fits.
+// The assignment of dots to fiducials that explains most of them: two dots fix a similarity
+// (upright camera, the scale also told by the dots' size), all others vote. Sub-pixel centres by
+// edges along rays. Empty when nothing fits.
 std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
                                              const std::vector<datasets::Fiducial>& fiducials,
                                              double pixel_aspect);
 
-// Centre of a dot by the half-height crossing of its edge along rays, to a few hundredths of a pixel; false when there
-// is no dot about `sighting`.
+// Centre of a dot by the half-height crossing of its edge along rays, to a few hundredths of a
+// pixel; false when there is no dot about `sighting`.
 bool refine_fiducial(const cv::Mat& grey, FiducialSighting& sighting);
 
 }  // namespace graintruth::tracking

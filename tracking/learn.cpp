@@ -7,7 +7,8 @@ namespace graintruth::tracking {
 
 namespace {
 
-// Weighted median-like mean: values further than three robust deviations from the median do not count.
+// Weighted median-like mean: values further than three robust deviations from the median do not
+// count.
 double robust_mean(const std::vector<double>& values, const std::vector<double>& weights) {
   if (values.empty()) return 0.0;
   std::vector<double> sorted = values;
@@ -57,8 +58,6 @@ bool is_well_seen(const BallEvidence& ball) {
 Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodyShape& nominal) {
   Learned learned;
   std::vector<double> radii, separations;
-  double excess_square = 0.0;
-  double excess_count = 0.0;
   for (const std::vector<BodyFit>& frames : fits) {
     LearnedShape body;
     body.shape = nominal;
@@ -74,7 +73,8 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
     const double variance = pairs[0] > 0.0 ? covariance[0] / pairs[0] : 0.1;
     double inflation = 1.0;
     for (std::size_t lag = 1; lag < 4; ++lag) {
-      if (pairs[lag] > 0.0) inflation += 2.0 * std::max(0.0, covariance[lag] / pairs[lag] / variance);
+      if (pairs[lag] > 0.0)
+        inflation += 2.0 * std::max(0.0, covariance[lag] / pairs[lag] / variance);
     }
     body.ray_variance_px2 = variance * inflation;
 
@@ -87,8 +87,10 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
         const Eigen::Vector3d change = seen.information.ldlt().solve(seen.gain);
         const double weight =
             seen.information(2, 2) -
-            seen.information.block<1, 2>(2, 0).dot(
-                seen.information.topLeftCorner<2, 2>().ldlt().solve(seen.information.block<2, 1>(0, 2)).transpose());
+            seen.information.block<1, 2>(2, 0).dot(seen.information.topLeftCorner<2, 2>()
+                                                       .ldlt()
+                                                       .solve(seen.information.block<2, 1>(0, 2))
+                                                       .transpose());
         if (!change.allFinite() || !(weight > 0.0)) continue;
         values.push_back(seen.reference[2] + change[2]);
         weights.push_back(weight);
@@ -110,23 +112,33 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
     }
     if (!values.empty()) body.shape.separation = robust_mean(values, weights);
     separations.push_back(body.shape.separation);
+    double excess_square = 0.0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double square =
           std::pow(values[i] - body.shape.separation, 2) * weights[i] / body.ray_variance_px2;
-      excess_square += std::min(square, 25.0);
-      excess_count += 1.0;
+      excess_square += std::min(square, 25.0) / static_cast<double>(values.size());
     }
+    // Rays that err alike on both balls cancel in the separation: what it gains is not believed in
+    // full.
+    body.excess = values.empty() ? 1.0 : std::max(0.75, std::sqrt(excess_square));
     learned.bodies.push_back(body);
   }
   for (double r : radii) learned.radius_mean += r / static_cast<double>(radii.size());
-  for (double d : separations) learned.separation_mean += d / static_cast<double>(separations.size());
+  for (double d : separations)
+    learned.separation_mean += d / static_cast<double>(separations.size());
   learned.radius_spread = spread_of(radii, learned.radius_mean);
+  double difference_square = 0.0;
+  for (const LearnedShape& body : learned.bodies) {
+    const double difference =
+        (body.shape.radius[1] - body.shape.radius[0]) - (nominal.radius[1] - nominal.radius[0]);
+    difference_square += difference * difference / static_cast<double>(learned.bodies.size());
+  }
+  learned.radius_difference = std::sqrt(difference_square);
   learned.separation_spread = spread_of(separations, learned.separation_mean);
-  if (excess_count > 0.0) learned.excess = std::max(1.0, std::sqrt(excess_square / excess_count));
   return learned;
 }
 
-SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned, double excess) {
+SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned) {
   SolvedPose result;
   result.pose = fit.pose;
   const BodyShape& shape = learned.shape;
@@ -153,7 +165,7 @@ SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned, double ex
     result.pose.z += change[1];
     result.pose.angle += change[2];
   }
-  result.covariance = normal.inverse() * learned.ray_variance_px2 * excess * excess;
+  result.covariance = normal.inverse() * learned.ray_variance_px2 * learned.excess * learned.excess;
   return result;
 }
 

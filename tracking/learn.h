@@ -10,15 +10,19 @@ namespace graintruth::tracking {
 struct LearnedShape {
   BodyShape shape;
   double ray_variance_px2 = 0.0;  // of one ray, correlation with its neighbours included
+  // Scatter of the separation from frame to frame over what the rays' own errors make of it: the
+  // clip's own check of those errors. More than 1 where light, shade and compression do what single
+  // rays do not know; less where errors of neighbouring rays are shared by both balls or lie across
+  // the axis.
+  double excess = 1.0;
 };
 
 struct Learned {
   std::vector<LearnedShape> bodies;
-  double radius_mean = 0.0, radius_spread = 0.0;          // m, over balls
+  double radius_mean = 0.0, radius_spread = 0.0;  // m, over balls
+  double radius_difference =
+      0.0;  // m, rms between the two balls of a body beyond the nominal; paint cancels in it
   double separation_mean = 0.0, separation_spread = 0.0;  // m, over bodies
-  // By how much the sizes seen from frame to frame scatter more than the rays' own errors explain (>= 1): what the
-  // rays do not know of light, shade and compression.
-  double excess = 1.0;
 };
 
 // `fits[body]` holds every frame in which the body was seen.
@@ -30,6 +34,6 @@ struct SolvedPose {
 };
 
 // The rigid pose of known sizes that agrees best with what was seen of both balls.
-SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned, double excess);
+SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned);
 
 }  // namespace graintruth::tracking

@@ -14,19 +14,25 @@ double axis_difference(double a, double b) {
   return a - b - half_turns * std::numbers::pi;
 }
 
-std::vector<int> link(const std::vector<Expectation>& expectations, const std::vector<BodyFit>& detections) {
-  constexpr double gate = 5.0;          // standard deviations
-  constexpr double colour_sigma = 12.0;  // grey levels: light and shade change the same ball by that much
+std::vector<int> link(const std::vector<Expectation>& expectations,
+                      const std::vector<BodyFit>& detections) {
+  constexpr double gate = 5.0;  // standard deviations
+  constexpr double colour_sigma =
+      12.0;  // grey levels: light and shade change the same ball by that much
   constexpr double forbidden = 1.0e9;
-  Eigen::MatrixXd cost(static_cast<Eigen::Index>(expectations.size()), static_cast<Eigen::Index>(detections.size()));
+  Eigen::MatrixXd cost(static_cast<Eigen::Index>(expectations.size()),
+                       static_cast<Eigen::Index>(detections.size()));
   for (std::size_t i = 0; i < expectations.size(); ++i) {
     for (std::size_t j = 0; j < detections.size(); ++j) {
       const Expectation& expected = expectations[i];
       const BodyPose& pose = detections[j].pose;
-      const double position = (std::pow(pose.x - expected.pose.x, 2) + std::pow(pose.z - expected.pose.z, 2)) /
-                              std::pow(expected.position_sigma, 2);
-      const double turn = std::pow(axis_difference(pose.angle, expected.pose.angle) / expected.angle_sigma, 2);
-      const double colour = (detections[j].colour - expected.colour).squaredNorm() / (3.0 * colour_sigma * colour_sigma);
+      const double position =
+          (std::pow(pose.x - expected.pose.x, 2) + std::pow(pose.z - expected.pose.z, 2)) /
+          std::pow(expected.position_sigma, 2);
+      const double turn =
+          std::pow(axis_difference(pose.angle, expected.pose.angle) / expected.angle_sigma, 2);
+      const double colour = (detections[j].colour - expected.colour).squaredNorm() /
+                            (3.0 * colour_sigma * colour_sigma);
       cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
           position > gate * gate ? forbidden : position + turn + colour;
     }
@@ -39,24 +45,29 @@ std::vector<int> number_by_start(const std::vector<BodyFit>& detections,
                                  int count,
                                  double row_height) {
   if (!starts.empty()) {
-    Eigen::MatrixXd cost(static_cast<Eigen::Index>(starts.size()), static_cast<Eigen::Index>(detections.size()));
+    Eigen::MatrixXd cost(static_cast<Eigen::Index>(starts.size()),
+                         static_cast<Eigen::Index>(detections.size()));
     for (std::size_t i = 0; i < starts.size(); ++i)
       for (std::size_t j = 0; j < detections.size(); ++j)
         cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            std::pow(starts[i].x - detections[j].pose.x, 2) + std::pow(starts[i].z - detections[j].pose.z, 2);
+            std::pow(starts[i].x - detections[j].pose.x, 2) +
+            std::pow(starts[i].z - detections[j].pose.z, 2);
     std::vector<int> result = assign(cost);
     result.resize(static_cast<std::size_t>(count), -1);
     return result;
   }
   std::vector<int> order(detections.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto pose = [&](int i) -> const BodyPose& { return detections[static_cast<std::size_t>(i)].pose; };
+  const auto pose = [&](int i) -> const BodyPose& {
+    return detections[static_cast<std::size_t>(i)].pose;
+  };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return pose(a).z < pose(b).z; });
   // A row: all that lie within a row's height of its lowest member.
   for (std::size_t from = 0; from < order.size();) {
     std::size_t to = from;
     while (to < order.size() && pose(order[to]).z - pose(order[from]).z < row_height) ++to;
-    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(from), order.begin() + static_cast<std::ptrdiff_t>(to),
+    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(from),
+                     order.begin() + static_cast<std::ptrdiff_t>(to),
                      [&](int a, int b) { return pose(a).x < pose(b).x; });
     from = to;
   }

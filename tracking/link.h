@@ -18,12 +18,14 @@ struct Expectation {
 // a - b brought into [-pi/2, pi/2): the difference of two directions of a body with equal ends.
 double axis_difference(double a, double b);
 
-// Global assignment on the squared Mahalanobis distance of (x, z, angle mod pi) and of colour, gated. Returns the
-// detection of each expectation, -1 where none is near enough.
-std::vector<int> link(const std::vector<Expectation>& expectations, const std::vector<BodyFit>& detections);
+// Global assignment on the squared Mahalanobis distance of (x, z, angle mod pi) and of colour,
+// gated. Returns the detection of each expectation, -1 where none is near enough.
+std::vector<int> link(const std::vector<Expectation>& expectations,
+                      const std::vector<BodyFit>& detections);
 
-// The numbering of the bodies in the first frame: detection of each start place by least total squared distance, or,
-// without start places, by rows from the lowest, left to right. Where fewer bodies than places were seen, -1.
+// The numbering of the bodies in the first frame: detection of each start place by least total
+// squared distance, or, without start places, by rows from the lowest, left to right. Where fewer
+// bodies than places were seen, -1.
 std::vector<int> number_by_start(const std::vector<BodyFit>& detections,
                                  const std::vector<datasets::StartPlace>& starts,
                                  int count,

@@ -13,7 +13,8 @@ std::vector<BallCandidate> locate_balls(const cv::Mat& frame,
                                         double radius,
                                         double noise,
                                         int most) {
-  const double middle_x = 0.5 * (region.left + region.right), middle_z = 0.5 * (region.bottom + region.top);
+  const double middle_x = 0.5 * (region.left + region.right),
+               middle_z = 0.5 * (region.bottom + region.top);
   const double cell = 1.0 / camera.scale(middle_x, middle_z);  // m: about a pixel
   const int columns = static_cast<int>((region.right - region.left) / cell) + 1;
   const int rows = static_cast<int>((region.top - region.bottom) / cell) + 1;
@@ -23,7 +24,8 @@ std::vector<BallCandidate> locate_balls(const cv::Mat& frame,
   cv::GaussianBlur(frame, smooth, cv::Size(5, 5), 1.0);
   cv::Sobel(smooth, gradient_x, CV_16S, 1, 0);
   cv::Sobel(smooth, gradient_y, CV_16S, 0, 1);
-  // Sobel after this blur passes about 1.9 times the noise of a pixel; five times that is no accident.
+  // Sobel after this blur passes about 1.9 times the noise of a pixel; five times that is no
+  // accident.
   const double threshold = std::max(5.0 * 1.9 * noise, 12.0);
   constexpr int highlight = 250;
 
@@ -50,9 +52,9 @@ std::vector<BallCandidate> locate_balls(const cv::Mat& frame,
       if (point.x() < region.left - radius || point.x() > region.right + radius ||
           point.y() < region.bottom - radius || point.y() > region.top + radius)
         continue;
-      const Eigen::Vector2d normal =
-          (camera.jacobian(point.x(), point.y()).transpose() *
-           Eigen::Vector2d(horizontal[channel], vertical[channel])).normalized();
+      const Eigen::Vector2d normal = (camera.jacobian(point.x(), point.y()).transpose() *
+                                      Eigen::Vector2d(horizontal[channel], vertical[channel]))
+                                         .normalized();
       for (const double sign : {-1.0, 1.0}) {
         const Eigen::Vector2d centre = point + sign * radius * normal;
         const int i = static_cast<int>(std::lround((centre.x() - region.left) / cell));
@@ -62,17 +64,20 @@ std::vector<BallCandidate> locate_balls(const cv::Mat& frame,
     }
   }
 
-  // 2. Sum over a disc: votes scatter by the edge's direction error and by a radius wrong by some per cent
+  // 2. Sum over a disc: votes scatter by the edge's direction error and by a radius wrong by some
+  // per cent
   const double spread = std::max(1.5, 0.06 * radius / cell);
   cv::GaussianBlur(votes, votes, cv::Size(), spread);
-  // An edge is about three pixels wide and runs all round; the blur spreads a vote over 2 pi spread^2 cells, and
-  // real votes fall twice as wide as the blur.
-  const double full = 3.0 * 2.0 * std::numbers::pi * (radius / cell) / (4.0 * std::numbers::pi * spread * spread);
+  // An edge is about three pixels wide and runs all round; the blur spreads a vote over 2 pi
+  // spread^2 cells, and real votes fall twice as wide as the blur.
+  const double full =
+      3.0 * 2.0 * std::numbers::pi * (radius / cell) / (4.0 * std::numbers::pi * spread * spread);
 
   // 3. Maxima no closer than 0.45 radii to a stronger one
   const int reach = std::max(1, static_cast<int>(0.45 * radius / cell));
   cv::Mat highest;
-  cv::dilate(votes, highest, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1}));
+  cv::dilate(
+      votes, highest, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1}));
   std::vector<BallCandidate> candidates;
   for (int j = 1; j + 1 < rows; ++j) {
     for (int i = 1; i + 1 < columns; ++i) {
@@ -81,9 +86,12 @@ std::vector<BallCandidate> locate_balls(const cv::Mat& frame,
       candidates.push_back({region.left + i * cell, region.top - j * cell, here / full});
     }
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const BallCandidate& a, const BallCandidate& b) { return a.votes > b.votes; });
-  if (candidates.size() > static_cast<std::size_t>(most)) candidates.resize(static_cast<std::size_t>(most));
+  std::stable_sort(
+      candidates.begin(), candidates.end(), [](const BallCandidate& a, const BallCandidate& b) {
+        return a.votes > b.votes;
+      });
+  if (candidates.size() > static_cast<std::size_t>(most))
+    candidates.resize(static_cast<std::size_t>(most));
   return candidates;
 }
 

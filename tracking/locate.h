@@ -1,5 +1,6 @@
-// Where balls of a known radius may be: every edge pixel votes for the two points one radius away along its gradient
-// (Ballard 1981, both polarities), in the particle plane, so that lens and pixel aspect do not matter.
+// Where balls of a known radius may be: every edge pixel votes for the two points one radius away
+// along its gradient (Ballard 1981, both polarities), in the particle plane, so that lens and pixel
+// aspect do not matter.
 #pragma once
 
 #include <Eigen/Dense>

@@ -22,15 +22,25 @@ namespace {
 // Sub-pixel drawing: OpenCV takes coordinates in 1/16 pixel.
 constexpr int shift = 4;
 cv::Point fixed(const Eigen::Vector2d& pixel) {
-  return {static_cast<int>(std::lround(pixel.x() * (1 << shift))), static_cast<int>(std::lround(pixel.y() * (1 << shift)))};
+  return {static_cast<int>(std::lround(pixel.x() * (1 << shift))),
+          static_cast<int>(std::lround(pixel.y() * (1 << shift)))};
 }
 
 // Bright and apart from one another; particles take them in turn.
-const std::array<cv::Scalar, 6> colours = {cv::Scalar(80, 255, 80),  cv::Scalar(255, 200, 60), cv::Scalar(60, 220, 255),
-                                           cv::Scalar(255, 90, 255), cv::Scalar(90, 130, 255), cv::Scalar(255, 255, 120)};
+const std::array<cv::Scalar, 6> colours = {cv::Scalar(80, 255, 80),
+                                           cv::Scalar(255, 200, 60),
+                                           cv::Scalar(60, 220, 255),
+                                           cv::Scalar(255, 90, 255),
+                                           cv::Scalar(90, 130, 255),
+                                           cv::Scalar(255, 255, 120)};
 
-void write_text(cv::Mat& picture, const std::string& text, const cv::Point& at, double size, const cv::Scalar& colour) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
+void write_text(cv::Mat& picture,
+                const std::string& text,
+                const cv::Point& at,
+                double size,
+                const cv::Scalar& colour) {
+  cv::putText(
+      picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, colour, 1, cv::LINE_AA);
 }
 
@@ -44,7 +54,8 @@ std::filesystem::path unfinished(const std::filesystem::path& file) {
 void publish(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::error_code error;
   std::filesystem::rename(from, to, error);
-  if (error) throw InputError(fmt::format("{}: cannot be written: {}", to.string(), error.message()));
+  if (error)
+    throw InputError(fmt::format("{}: cannot be written: {}", to.string(), error.message()));
 }
 
 void write_still(const std::filesystem::path& file, const cv::Mat& picture) {
@@ -67,10 +78,21 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
   const double text = std::clamp(picture.cols / 1600.0, 0.35, 1.0);
   for (const FiducialSighting& dot : findings.fiducials) {
     const double radius = 0.5 * dot.diameter_px;
-    cv::circle(picture, fixed(dot.pixel), static_cast<int>(radius * (1 << shift)), cv::Scalar(0, 165, 255), 1, cv::LINE_AA,
+    cv::circle(picture,
+               fixed(dot.pixel),
+               static_cast<int>(radius * (1 << shift)),
+               cv::Scalar(0, 165, 255),
+               1,
+               cv::LINE_AA,
                shift);
-    cv::drawMarker(picture, cv::Point(static_cast<int>(std::lround(dot.pixel.x())), static_cast<int>(std::lround(dot.pixel.y()))),
-                   cv::Scalar(0, 165, 255), cv::MARKER_CROSS, 5, 1, cv::LINE_AA);
+    cv::drawMarker(picture,
+                   cv::Point(static_cast<int>(std::lround(dot.pixel.x())),
+                             static_cast<int>(std::lround(dot.pixel.y()))),
+                   cv::Scalar(0, 165, 255),
+                   cv::MARKER_CROSS,
+                   5,
+                   1,
+                   cv::LINE_AA);
   }
   constexpr std::size_t trail = 50;  // frames
   std::vector<Eigen::Vector2d> outline(72);
@@ -81,7 +103,13 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
       const datasets::Pose& a = trajectories.poses[trajectories.index(k - 1, body)];
       const datasets::Pose& b = trajectories.poses[trajectories.index(k, body)];
       if (!std::isfinite(a.x) || !std::isfinite(b.x)) continue;
-      cv::line(picture, fixed(camera.project(a.x, a.z)), fixed(camera.project(b.x, b.z)), colour, 1, cv::LINE_AA, shift);
+      cv::line(picture,
+               fixed(camera.project(a.x, a.z)),
+               fixed(camera.project(b.x, b.z)),
+               colour,
+               1,
+               cv::LINE_AA,
+               shift);
     }
     const datasets::Pose& pose = trajectories.poses[trajectories.index(frame, body)];
     if (!std::isfinite(pose.x)) continue;
@@ -90,29 +118,49 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
     for (std::size_t ball = 0; ball < 2; ++ball) {
       sphere_outline(camera, centres[ball].x(), centres[ball].y(), shape.radius[ball], outline);
       for (std::size_t k = 0; k < outline.size(); ++k) {
-        const double angle = 2.0 * 3.14159265358979 * (static_cast<double>(k) + 0.5) / static_cast<double>(outline.size());
-        const Eigen::Vector2d point = centres[ball] + shape.radius[ball] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+        const double angle = 2.0 * 3.14159265358979 * (static_cast<double>(k) + 0.5) /
+                             static_cast<double>(outline.size());
+        const Eigen::Vector2d point =
+            centres[ball] + shape.radius[ball] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
         if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball]) continue;
-        cv::line(picture, fixed(outline[k]), fixed(outline[(k + 1) % outline.size()]), colour, 1, cv::LINE_AA, shift);
+        cv::line(picture,
+                 fixed(outline[k]),
+                 fixed(outline[(k + 1) % outline.size()]),
+                 colour,
+                 1,
+                 cv::LINE_AA,
+                 shift);
       }
     }
-    cv::line(picture, fixed(camera.project(centres[0].x(), centres[0].y())),
-             fixed(camera.project(centres[1].x(), centres[1].y())), colour, 1, cv::LINE_AA, shift);
+    cv::line(picture,
+             fixed(camera.project(centres[0].x(), centres[0].y())),
+             fixed(camera.project(centres[1].x(), centres[1].y())),
+             colour,
+             1,
+             cv::LINE_AA,
+             shift);
     const Eigen::Vector2d middle = camera.project(pose.x, pose.z);
-    write_text(picture, std::to_string(body + 1),
-               cv::Point(static_cast<int>(middle.x()) + 3, static_cast<int>(middle.y()) - 3), 1.2 * text, colour);
+    write_text(picture,
+               std::to_string(body + 1),
+               cv::Point(static_cast<int>(middle.x()) + 3, static_cast<int>(middle.y()) - 3),
+               1.2 * text,
+               colour);
   }
-  write_text(picture, fmt::format("frame {}   {:+.3f} s", frame, trajectories.time[frame]),
-             cv::Point(8, static_cast<int>(8 + 30 * text)), 1.2 * text, cv::Scalar(255, 255, 255));
+  write_text(picture,
+             fmt::format("frame {}   {:+.3f} s", frame, trajectories.time[frame]),
+             cv::Point(8, static_cast<int>(8 + 30 * text)),
+             1.2 * text,
+             cv::Scalar(255, 255, 255));
 }
 
 bool draw_overlay(const std::filesystem::path& video,
                   const Findings& findings,
                   const OverlayFiles& files,
                   const std::function<bool()>& stop) {
-  const bool wants_stills = std::any_of(files.stills.begin(), files.stills.end(), [](const OverlayFiles::Still& still) {
-    return still.frame >= 0 && !still.file.empty();
-  });
+  const bool wants_stills =
+      std::any_of(files.stills.begin(), files.stills.end(), [](const OverlayFiles::Still& still) {
+        return still.frame >= 0 && !still.file.empty();
+      });
   if (files.film.empty() && !wants_stills) return true;
   cv::VideoCapture capture(video.string(), cv::CAP_FFMPEG);
   cv::VideoWriter writer;
@@ -129,18 +177,22 @@ bool draw_overlay(const std::filesystem::path& video,
     const auto is_this = [&](const OverlayFiles::Still& still) {
       return still.frame == static_cast<int>(frame) && !still.file.empty();
     };
-    if (files.film.empty() && std::none_of(files.stills.begin(), files.stills.end(), is_this)) continue;
+    if (files.film.empty() && std::none_of(files.stills.begin(), files.stills.end(), is_this))
+      continue;
     draw_findings(picture, findings, frame);
     for (const OverlayFiles::Still& still : files.stills)
       if (is_this(still)) write_still(still.file, picture);
     if (files.film.empty()) continue;
     // H.264 needs even sizes; OpenCV would cut silently.
     const cv::Mat even = picture(cv::Rect(0, 0, picture.cols & ~1, picture.rows & ~1));
-    if (!writer.isOpened() &&
-        !writer.open(temporary.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('a', 'v', 'c', '1'), files.frame_rate,
-                     even.size())) {
-      throw InputError(fmt::format("{}: the overlay film cannot be written (no H.264 encoder, or no room)",
-                                   files.film.string()));
+    if (!writer.isOpened() && !writer.open(temporary.string(),
+                                           cv::CAP_FFMPEG,
+                                           cv::VideoWriter::fourcc('a', 'v', 'c', '1'),
+                                           files.frame_rate,
+                                           even.size())) {
+      throw InputError(
+          fmt::format("{}: the overlay film cannot be written (no H.264 encoder, or no room)",
+                      files.film.string()));
     }
     writer.write(even);
   }

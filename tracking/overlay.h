@@ -29,8 +29,9 @@ struct OverlayFiles {
   double frame_rate = 25.0;  // Hz, of the film
 };
 
-// Reads `video` again and draws. Every file is written beside its place and then renamed. Throws InputError when a file
-// cannot be written. `stop` is asked before every frame; when it says so nothing is left and false is returned.
+// Reads `video` again and draws. Every file is written beside its place and then renamed. Throws
+// InputError when a file cannot be written. `stop` is asked before every frame; when it says so
+// nothing is left and false is returned.
 bool draw_overlay(const std::filesystem::path& video,
                   const Findings& findings,
                   const OverlayFiles& files,

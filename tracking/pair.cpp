@@ -33,17 +33,28 @@ std::vector<BodyFit> fit_pairs(const EdgeImage& image,
   std::vector<BodyFit> fits;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      const Eigen::Vector2d a(candidates[i].x, candidates[i].z), b(candidates[j].x, candidates[j].z);
+      const Eigen::Vector2d a(candidates[i].x, candidates[i].z),
+          b(candidates[j].x, candidates[j].z);
       if (std::abs((b - a).norm() / shape.separation - 1.0) > tolerance) continue;
       const Eigen::Vector2d point = a + shape.first_share * (b - a);
       BodyPose pose{point.x(), point.y(), std::atan2(b.y() - a.y(), b.x() - a.x())};
       const double scale = camera.scale(pose.x, pose.z);
       const double radius_px = scale * shape.radius[0];
-      BodyFit fit = refine_body(image, camera, shape, pose, surroundings,
-                                {.window_px = std::max(3.0, 0.16 * radius_px), .iterations = 3, .noise = noise});
+      BodyFit fit = refine_body(
+          image,
+          camera,
+          shape,
+          pose,
+          surroundings,
+          {.window_px = std::max(3.0, 0.16 * radius_px), .iterations = 3, .noise = noise});
       if (fit.support < least_support || fit.visible < least_visible) continue;
-      fits.push_back(refine_body(image, camera, shape, fit.pose, surroundings,
-                                 {.window_px = std::max(2.0, 0.08 * radius_px), .iterations = 2, .noise = noise}));
+      fits.push_back(refine_body(
+          image,
+          camera,
+          shape,
+          fit.pose,
+          surroundings,
+          {.window_px = std::max(2.0, 0.08 * radius_px), .iterations = 2, .noise = noise}));
     }
   }
   std::erase_if(fits, [](const BodyFit& fit) { return fit.support < least_support; });
@@ -55,17 +66,23 @@ double evidence_of(const BodyFit& fit) {
   return (fit.support - 0.4) * std::sqrt(fit.visible) * std::log1p(fit.edge_strength);
 }
 
-std::vector<BodyFit> choose_bodies(const std::vector<BodyFit>& fits, const BodyShape& shape, std::size_t count) {
+std::vector<BodyFit> choose_bodies(const std::vector<BodyFit>& fits,
+                                   const BodyShape& shape,
+                                   std::size_t count) {
   std::vector<std::size_t> order(fits.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return evidence_of(fits[a]) > evidence_of(fits[b]); });
-  const auto conflicts = [&](std::size_t a, std::size_t b) { return overlap(fits[a].pose, fits[b].pose, shape); };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return evidence_of(fits[a]) > evidence_of(fits[b]);
+  });
+  const auto conflicts = [&](std::size_t a, std::size_t b) {
+    return overlap(fits[a].pose, fits[b].pose, shape);
+  };
   // Fills free places greedily.
   const auto fill = [&](std::vector<std::size_t>& chosen) {
     for (std::size_t candidate : order) {
       if (chosen.size() >= count) break;
-      if (std::none_of(chosen.begin(), chosen.end(), [&](std::size_t c) { return conflicts(c, candidate); }))
+      if (std::none_of(
+              chosen.begin(), chosen.end(), [&](std::size_t c) { return conflicts(c, candidate); }))
         chosen.push_back(candidate);
     }
   };

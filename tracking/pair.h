@@ -1,5 +1,5 @@
-// Ball candidates to bodies: pairs at the rigid distance, each tried on the picture, and of these the set of N that
-// do not overlap and are seen best.
+// Ball candidates to bodies: pairs at the rigid distance, each tried on the picture, and of these
+// the set of N that do not overlap and are seen best.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ namespace graintruth::tracking {
 // Would two hard bodies in these poses run into each other by more than a measurement error?
 bool overlap(const BodyPose& a, const BodyPose& b, const BodyShape& shape);
 
-// Every pair of candidates whose distance is within `tolerance` (relative) of the separation, fitted; those that the
-// picture does not support are gone.
+// Every pair of candidates whose distance is within `tolerance` (relative) of the separation,
+// fitted; those that the picture does not support are gone.
 std::vector<BodyFit> fit_pairs(const EdgeImage& image,
                                const Camera& camera,
                                const BodyShape& shape,
@@ -25,8 +25,10 @@ std::vector<BodyFit> fit_pairs(const EdgeImage& image,
 // How surely a fit is a body: grows with the outline that was seen and supported.
 double evidence_of(const BodyFit& fit);
 
-// At most `count` bodies without overlap with the greatest sum of evidence: greedy, then improved by exchanges until
-// no exchange helps.
-std::vector<BodyFit> choose_bodies(const std::vector<BodyFit>& fits, const BodyShape& shape, std::size_t count);
+// At most `count` bodies without overlap with the greatest sum of evidence: greedy, then improved
+// by exchanges until no exchange helps.
+std::vector<BodyFit> choose_bodies(const std::vector<BodyFit>& fits,
+                                   const BodyShape& shape,
+                                   std::size_t count);
 
 }  // namespace graintruth::tracking

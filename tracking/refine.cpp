@@ -15,22 +15,25 @@ constexpr int rays_per_ball = 72;  // one in 5 degrees: about every 2 px on a ba
 
 // Where an edge crosses a ray.
 struct RayHit {
-  bool eligible = false;      // the ray looks at this body's own outline and nothing else
+  bool eligible = false;  // the ray looks at this body's own outline and nothing else
   bool found = false;
   double displacement = 0.0;  // px, edge minus expected outline, along the outward normal
   double strength = 0.0;      // gradient over what gradients are just inside the outline
-  Eigen::Vector3d derivative = Eigen::Vector3d::Zero();  // of displacement by ball (x, z, radius), px/m
+  Eigen::Vector3d derivative =
+      Eigen::Vector3d::Zero();  // of displacement by ball (x, z, radius), px/m
 };
 
 double distance_to_segment(const Eigen::Vector2d& point, const datasets::Wall& wall) {
-  const Eigen::Vector2d from(wall.from_x, wall.from_z), along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
+  const Eigen::Vector2d from(wall.from_x, wall.from_z),
+      along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
   const double square = along.squaredNorm();
-  const double share = square > 0.0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0.0;
+  const double share =
+      square > 0.0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0.0;
   return (point - from - share * along).norm();
 }
 
-// The strongest change of colour along a ray within the window, preferring where it is expected. `outward` is how far
-// out the ray may look before it sees a neighbour, px.
+// The strongest change of colour along a ray within the window, preferring where it is expected.
+// `outward` is how far out the ray may look before it sees a neighbour, px.
 void find_edge(const EdgeImage& image,
                const Eigen::Vector2d& expected,
                const Eigen::Vector2d& normal,
@@ -39,7 +42,7 @@ void find_edge(const EdgeImage& image,
                const Eigen::Matrix3f& whitening,
                double noise,
                RayHit& hit) {
-  constexpr double step = 0.5;     // px
+  constexpr double step = 0.5;  // px
   constexpr int most_samples = 64;
   const int half = std::min(static_cast<int>(std::lround(window / step)) + 2, most_samples / 2 - 1);
   std::array<Eigen::Vector3f, most_samples> colours;
@@ -89,10 +92,10 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-// What gradients are like just inside this body's outline, where there is only shading, gloss and noise: the matrix that
-// makes them round and of unit size. An edge then stands out by a change of colour that shading does not make (a dark
-// side is a darker shade of the same paint), whatever paint and light are. The
-// largest tenth is left out: highlights.
+// What gradients are like just inside this body's outline, where there is only shading, gloss and
+// noise: the matrix that makes them round and of unit size. An edge then stands out by a change of
+// colour that shading does not make (a dark side is a darker shade of the same paint), whatever
+// paint and light are. The largest tenth is left out: highlights.
 Eigen::Matrix3f whitening_of(const EdgeImage& image,
                              const Camera& camera,
                              const BodyShape& shape,
@@ -114,11 +117,14 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
       const double angle = 2.0 * std::numbers::pi * k / directions;
       const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
       // From well inside to three pixels inside the rim; numerals lie further in.
-      for (double reach = 0.72 * shape.radius[ball]; reach < shape.radius[ball] - 3.0 * pixel; reach += pixel) {
+      for (double reach = 0.72 * shape.radius[ball]; reach < shape.radius[ball] - 3.0 * pixel;
+           reach += pixel) {
         const Eigen::Vector2d point = centres[ball] + reach * direction;
         if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball] + 2.0 * pixel) continue;
-        const Eigen::Vector2d inner = middle + pixel_from_plane * ((reach - 0.5 * pixel) * direction);
-        const Eigen::Vector2d outer = middle + pixel_from_plane * ((reach + 0.5 * pixel) * direction);
+        const Eigen::Vector2d inner =
+            middle + pixel_from_plane * ((reach - 0.5 * pixel) * direction);
+        const Eigen::Vector2d outer =
+            middle + pixel_from_plane * ((reach + 0.5 * pixel) * direction);
         if (!image.contains(inner, 2.0) || !image.contains(outer, 2.0)) continue;
         if (image.is_saturated(inner) || image.is_saturated(outer)) continue;
         const Eigen::Vector3f value = image.at(outer) - image.at(inner);
@@ -127,15 +133,23 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
       }
     }
   }
-  Eigen::Matrix3f covariance = static_cast<float>(noise * noise) * Eigen::Matrix3f::Identity();
+  // Compression distorts edges, above all of colour, by a few times what the noise of flat parts
+  // tells.
+  constexpr double distortion = 3.0;
+  Eigen::Matrix3f covariance =
+      static_cast<float>(distortion * distortion * noise * noise) * Eigen::Matrix3f::Identity();
   if (differences.size() >= 10) {
     const auto kept = differences.size() - differences.size() / 10;
-    std::nth_element(differences.begin(), differences.begin() + static_cast<std::ptrdiff_t>(kept - 1),
-                     differences.end(), [](const auto& a, const auto& b) { return a.square < b.square; });
+    std::nth_element(differences.begin(),
+                     differences.begin() + static_cast<std::ptrdiff_t>(kept - 1),
+                     differences.end(),
+                     [](const auto& a, const auto& b) { return a.square < b.square; });
     for (std::size_t i = 0; i < kept; ++i)
-      covariance += differences[i].value * differences[i].value.transpose() / static_cast<float>(kept);
+      covariance +=
+          differences[i].value * differences[i].value.transpose() / static_cast<float>(kept);
   }
-  // A shadow's edge on the ball takes away a share of all channels alike; there need not be one within the ring above.
+  // A shadow's edge on the ball takes away a share of all channels alike; there need not be one
+  // within the ring above.
   if (!differences.empty()) {
     constexpr float shadow_share = 0.2F;  // of the light, over a pixel
     paint *= shadow_share / static_cast<float>(differences.size());
@@ -163,7 +177,8 @@ void cast_rays(const EdgeImage& image,
     const double radius = shape.radius[ball];
     const Eigen::Matrix2d pixel_from_plane = camera.jacobian(centres[ball].x(), centres[ball].y());
     const double scale = std::sqrt(std::abs(pixel_from_plane.determinant()));
-    // Two edges closer than this melt into one: blur of about a pixel on each side, or a twelfth of a radius.
+    // Two edges closer than this melt into one: blur of about a pixel on each side, or a twelfth of
+    // a radius.
     const double clearance = std::max(2.0 / scale, 0.08 * radius);
     sphere_outline(camera, centres[ball].x(), centres[ball].y(), radius, outline);
     for (int k = 0; k < rays_per_ball; ++k) {
@@ -174,12 +189,15 @@ void cast_rays(const EdgeImage& image,
       const Eigen::Vector2d point = centres[ball] + radius * direction;
       if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball] + clearance) continue;
       double gap = 1.0e9;  // m, to the nearest foreign edge
-      for (const auto& disc : surroundings.discs) gap = std::min(gap, (point - disc.centre).norm() - disc.radius);
-      for (const auto& wall : surroundings.walls) gap = std::min(gap, distance_to_segment(point, wall));
+      for (const auto& disc : surroundings.discs)
+        gap = std::min(gap, (point - disc.centre).norm() - disc.radius);
+      for (const auto& wall : surroundings.walls)
+        gap = std::min(gap, distance_to_segment(point, wall));
       if (gap < clearance) continue;
       const Eigen::Vector2d& pixel = outline[static_cast<std::size_t>(k)];
       const Eigen::Vector2d& next = outline[static_cast<std::size_t>((k + 1) % rays_per_ball)];
-      const Eigen::Vector2d& last = outline[static_cast<std::size_t>((k + rays_per_ball - 1) % rays_per_ball)];
+      const Eigen::Vector2d& last =
+          outline[static_cast<std::size_t>((k + rays_per_ball - 1) % rays_per_ball)];
       // Counter-clockwise in the plane is clockwise in rows that count downwards.
       const Eigen::Vector2d tangent = (next - last).normalized();
       const Eigen::Vector2d normal(-tangent.y(), tangent.x());
@@ -286,14 +304,16 @@ BodyFit refine_body(const EdgeImage& image,
     fit.pose.angle += change[2];
   }
 
-  // 4. How alike neighbouring rays err, which tells how much less than n independent rays they are worth
+  // 4. How alike neighbouring rays err, which tells how much less than n independent rays they are
+  // worth
   for (const auto& ball : rays) {
     for (std::size_t lag = 0; lag < fit.autocovariance.size(); ++lag) {
       for (std::size_t k = 0; k < rays_per_ball; ++k) {
         const RayHit& one = ball[k];
         const RayHit& other = ball[(k + lag) % rays_per_ball];
         const double limit = 3.0 * fit.scatter_px;
-        if (!one.found || !other.found || std::abs(one.displacement) > limit || std::abs(other.displacement) > limit)
+        if (!one.found || !other.found || std::abs(one.displacement) > limit ||
+            std::abs(other.displacement) > limit)
           continue;
         fit.autocovariance[lag] += one.displacement * other.displacement;
         ++fit.pairs[lag];
@@ -307,8 +327,8 @@ BodyFit refine_body(const EdgeImage& image,
     for (int k = 0; k < 12; ++k) {
       const double angle = 2.0 * std::numbers::pi * k / 12.0;
       const double reach = 0.65 * shape.radius[0];
-      const Eigen::Vector2d pixel =
-          camera.project(centre.x() + reach * std::cos(angle), centre.y() + reach * std::sin(angle));
+      const Eigen::Vector2d pixel = camera.project(centre.x() + reach * std::cos(angle),
+                                                   centre.y() + reach * std::sin(angle));
       if (!image.contains(pixel, 1.0)) continue;
       sum += image.at(pixel);
       ++samples;

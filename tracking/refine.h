@@ -1,6 +1,6 @@
-// A two-ball body fitted to the edges of its outline: rays across both arcs, sub-pixel gradient maxima, robust least
-// squares on (x, z, angle). What could be seen of each ball is kept, so that sizes learned later over the whole clip
-// can be put in without looking at the film again.
+// A two-ball body fitted to the edges of its outline: rays across both arcs, sub-pixel gradient
+// maxima, robust least squares on (x, z, angle). What could be seen of each ball is kept, so that
+// sizes learned later over the whole clip can be put in without looking at the film again.
 #pragma once
 
 #include <Eigen/Dense>
@@ -13,11 +13,12 @@
 
 namespace graintruth::tracking {
 
-// Two balls on an axis; `first` lies towards -axis. The tracked point divides the line between the centres.
+// Two balls on an axis; `first` lies towards -axis. The tracked point divides the line between the
+// centres.
 struct BodyShape {
-  double separation = 0.0;                  // m, between the ball centres
+  double separation = 0.0;                    // m, between the ball centres
   std::array<double, 2> radius = {0.0, 0.0};  // m
-  double first_share = 0.5;                 // distance from the first centre to the tracked point over separation
+  double first_share = 0.5;  // distance from the first centre to the tracked point over separation
 };
 
 struct BodyPose {
@@ -38,7 +39,8 @@ struct Surroundings {
 };
 
 // What the rays told of one ball, linear about (x, z, radius) = `reference`:
-// the best estimate is reference + information^-1 * gain. Weights are per px^2 of edge displacement.
+// the best estimate is reference + information^-1 * gain. Weights are per px^2 of edge
+// displacement.
 struct BallEvidence {
   Eigen::Vector3d reference = Eigen::Vector3d::Zero();
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -48,22 +50,26 @@ struct BallEvidence {
 struct BodyFit {
   BodyPose pose;
   std::array<BallEvidence, 2> balls;
-  double support = 0.0;      // share of the rays that could be seen and met an edge where the outline says, 0..1
-  double visible = 0.0;      // share of the body's outline that no neighbour or wall comes near, 0..1
-  double scatter_px = 0.0;   // robust standard deviation of a ray about the fit
+  double support =
+      0.0;  // share of the rays that could be seen and met an edge where the outline says, 0..1
+  double visible = 0.0;  // share of the body's outline that no neighbour or wall comes near, 0..1
+  double scatter_px = 0.0;     // robust standard deviation of a ray about the fit
   double edge_strength = 0.0;  // median gradient, in units of those just inside the outline
-  std::array<double, 4> autocovariance = {};  // px^2, of neighbouring rays' residuals at lags 0..3, summed
-  std::array<int, 4> pairs = {};              // how many pairs went into each
-  Eigen::Vector3f colour = Eigen::Vector3f::Zero();  // mean brightness and colour differences (Y, Cr, Cb) inside
+  std::array<double, 4> autocovariance =
+      {};                         // px^2, of neighbouring rays' residuals at lags 0..3, summed
+  std::array<int, 4> pairs = {};  // how many pairs went into each
+  Eigen::Vector3f colour =
+      Eigen::Vector3f::Zero();  // mean brightness and colour differences (Y, Cr, Cb) inside
 };
 
 struct RefineOptions {
   double window_px = 3.0;  // how far an edge may lie from where the outline is expected
   int iterations = 3;
-  double noise = 2.0;      // grey levels
+  double noise = 2.0;  // grey levels
 };
 
-// Moves `start` to where its outline meets edges. Never fails: a low `support` tells that there is no such body.
+// Moves `start` to where its outline meets edges. Never fails: a low `support` tells that there is
+// no such body.
 BodyFit refine_body(const EdgeImage& image,
                     const Camera& camera,
                     const BodyShape& shape,

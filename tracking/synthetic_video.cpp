@@ -27,7 +27,8 @@ cv::Vec3f ground(const SyntheticScene& scene, double x, double z, double piston_
       return {0.58F, 0.6F, 0.6F};
   }
   for (const datasets::Wall& wall : experiment.rig.walls) {
-    const Eigen::Vector2d from(wall.from_x, wall.from_z), along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
+    const Eigen::Vector2d from(wall.from_x, wall.from_z),
+        along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
     const double share = (Eigen::Vector2d(x, z) - from).dot(along) / along.squaredNorm();
     if (share < 0.0 || share > 1.0) continue;
     // Bars lie outside, away from the middle of the rig
@@ -61,12 +62,15 @@ Camera make_camera(int width,
                    double roll,
                    double pixel_aspect) {
   Camera::Parameters parameters;
-  parameters << std::log(scale * distance), std::log(pixel_aspect), 0.01, -0.008, roll, foot_x, foot_z,
-      std::log(distance), k1, 0.0;
+  parameters << std::log(scale * distance), std::log(pixel_aspect), 0.01, -0.008, roll, foot_x,
+      foot_z, std::log(distance), k1, 0.0;
   return {width, height, parameters};
 }
 
-cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& poses, double piston_face, int number) {
+cv::Mat draw_frame(const SyntheticScene& scene,
+                   const std::vector<BodyPose>& poses,
+                   double piston_face,
+                   int number) {
   const Camera& camera = scene.camera;
   const int width = camera.width(), height = camera.height();
   const auto& spheres = scene.experiment.particle.spheres;
@@ -85,8 +89,11 @@ cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& pos
   for (std::size_t body = 0; body < poses.size(); ++body) {
     const auto centres = ball_centres(poses[body], shape);
     for (std::size_t b = 0; b < 2; ++b) {
-      Ball ball{{centres[b].x(), centres[b].y(), 0.0}, shape.radius[b], scene.paints[body % scene.paints.size()],
-                camera.project(centres[b].x(), centres[b].y()), 0.0};
+      Ball ball{{centres[b].x(), centres[b].y(), 0.0},
+                shape.radius[b],
+                scene.paints[body % scene.paints.size()],
+                camera.project(centres[b].x(), centres[b].y()),
+                0.0};
       ball.reach = 1.15 * shape.radius[b] * camera.jacobian(centres[b].x(), centres[b].y()).norm();
       balls.push_back(ball);
     }
@@ -100,13 +107,15 @@ cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& pos
     for (int column = 0; column < width; ++column) {
       cv::Vec3f sum(0, 0, 0);
       for (int i = 0; i < fine * fine; ++i) {
-        const Eigen::Vector2d pixel(column + (i % fine + 0.5) / fine - 0.5, row + (i / fine + 0.5) / fine - 0.5);
+        const Eigen::Vector2d pixel(column + (i % fine + 0.5) / fine - 0.5,
+                                    row + (i / fine + 0.5) / fine - 0.5);
         const Eigen::Vector2d plane = camera.unproject(pixel);
         cv::Vec3f colour;
         double nearest = 1.0e9;
         for (const Ball* ball : in_row) {
           if (std::abs(ball->pixel.x() - column) > ball->reach + 1.0) continue;
-          const Eigen::Vector3d ray = (Eigen::Vector3d(plane.x(), plane.y(), 0.0) - eye).normalized();
+          const Eigen::Vector3d ray =
+              (Eigen::Vector3d(plane.x(), plane.y(), 0.0) - eye).normalized();
           const Eigen::Vector3d from = eye - ball->centre;
           const double along = ray.dot(from);
           const double root = along * along - from.squaredNorm() + ball->radius * ball->radius;
@@ -118,7 +127,8 @@ cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& pos
         }
         sum += nearest < 1.0e8 ? colour : ground(scene, plane.x(), plane.y(), piston_face);
       }
-      picture.at<cv::Vec3f>(row, column) = sum * static_cast<float>(255.0 * scene.light / (fine * fine));
+      picture.at<cv::Vec3f>(row, column) =
+          sum * static_cast<float>(255.0 * scene.light / (fine * fine));
     }
   }
   if (scene.blur_px > 0.0) cv::GaussianBlur(picture, picture, cv::Size(7, 7), scene.blur_px);
@@ -132,8 +142,13 @@ cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& pos
   return result;
 }
 
-void write_film(const std::filesystem::path& file, const std::vector<cv::Mat>& frames, double frame_rate) {
-  cv::VideoWriter writer(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('F', 'F', 'V', '1'), frame_rate,
+void write_film(const std::filesystem::path& file,
+                const std::vector<cv::Mat>& frames,
+                double frame_rate) {
+  cv::VideoWriter writer(file.string(),
+                         cv::CAP_FFMPEG,
+                         cv::VideoWriter::fourcc('F', 'F', 'V', '1'),
+                         frame_rate,
                          frames.front().size());
   for (const cv::Mat& frame : frames) writer.write(frame);
 }

@@ -1,5 +1,5 @@
-// Films with known truth: glossy two-ball bodies, dots on tabs, walls and a sinking piston, drawn through a known camera.
-// For tests and for choosing options; the tracker does not use it.
+// Films with known truth: glossy two-ball bodies, dots on tabs, walls and a sinking piston, drawn
+// through a known camera. For tests and for choosing options; the tracker does not use it.
 #pragma once
 
 #include <filesystem>
@@ -15,14 +15,15 @@ namespace graintruth::tracking {
 struct SyntheticScene {
   datasets::Experiment experiment;  // fiducials, walls, piston, particle
   Camera camera;
-  std::vector<cv::Vec3f> paints;    // blue, green, red of each body, 0..1
-  double light = 1.0;               // brightness of everything
-  double noise = 2.0;               // grey levels
-  double blur_px = 0.6;             // of the lens
+  std::vector<cv::Vec3f> paints;  // blue, green, red of each body, 0..1
+  double light = 1.0;             // brightness of everything
+  double noise = 2.0;             // grey levels
+  double blur_px = 0.6;           // of the lens
   unsigned seed = 1;
 };
 
-// A camera straight above (foot_x, foot_z), `distance` m away, `scale` px/m at the particle plane, slightly rolled.
+// A camera straight above (foot_x, foot_z), `distance` m away, `scale` px/m at the particle plane,
+// slightly rolled.
 Camera make_camera(int width,
                    int height,
                    double foot_x,
@@ -34,9 +35,14 @@ Camera make_camera(int width,
                    double pixel_aspect = 1.0);
 
 // One frame; `number` only seeds its noise.
-cv::Mat draw_frame(const SyntheticScene& scene, const std::vector<BodyPose>& poses, double piston_face, int number);
+cv::Mat draw_frame(const SyntheticScene& scene,
+                   const std::vector<BodyPose>& poses,
+                   double piston_face,
+                   int number);
 
 // Lossless (FFV1 in avi).
-void write_film(const std::filesystem::path& file, const std::vector<cv::Mat>& frames, double frame_rate);
+void write_film(const std::filesystem::path& file,
+                const std::vector<cv::Mat>& frames,
+                double frame_rate);
 
 }  // namespace graintruth::tracking

@@ -41,12 +41,17 @@ double median(std::vector<double> values) {
 BodyShape nominal_shape(const datasets::Experiment& experiment) {
   const auto& spheres = experiment.particle.spheres;
   if (spheres.size() != 2) {
-    throw InputError(fmt::format("{}: particle: films can be tracked for particles of two balls, this one has {}; give "
-                                 "tracks instead", experiment.file.string(), spheres.size()));
+    throw InputError(fmt::format(
+        "{}: particle: films can be tracked for particles of two balls, this one has {}; give "
+        "tracks instead",
+        experiment.file.string(),
+        spheres.size()));
   }
   if (experiment.particle.count < 1) {
-    throw InputError(fmt::format("{}: particle.count is {}; it must say how many particles lie in the rig",
-                                 experiment.file.string(), experiment.particle.count));
+    throw InputError(
+        fmt::format("{}: particle.count is {}; it must say how many particles lie in the rig",
+                    experiment.file.string(),
+                    experiment.particle.count));
   }
   const bool ordered = spheres[0].offset <= spheres[1].offset;
   const datasets::AxialSphere& first = ordered ? spheres[0] : spheres[1];
@@ -55,15 +60,19 @@ BodyShape nominal_shape(const datasets::Experiment& experiment) {
   shape.separation = second.offset - first.offset;
   shape.radius = {first.radius, second.radius};
   if (!(shape.separation > 0.0) || !(first.radius > 0.0) || !(second.radius > 0.0)) {
-    throw InputError(fmt::format("{}: particle: the two balls must have positive radii and different places on the axis",
-                                 experiment.file.string()));
+    throw InputError(fmt::format(
+        "{}: particle: the two balls must have positive radii and different places on the axis",
+        experiment.file.string()));
   }
   shape.first_share = -first.offset / shape.separation;
   return shape;
 }
 
-// Where particles can be: about the walls, the piston and the start places; the whole picture where nothing is known.
-PlaneRegion search_region(const datasets::Experiment& experiment, const Camera& camera, double radius) {
+// Where particles can be: about the walls, the piston and the start places; the whole picture where
+// nothing is known.
+PlaneRegion search_region(const datasets::Experiment& experiment,
+                          const Camera& camera,
+                          double radius) {
   PlaneRegion seen{1.0e9, -1.0e9, 1.0e9, -1.0e9};
   const auto include = [](PlaneRegion& region, double x, double z) {
     region.left = std::min(region.left, x);
@@ -88,24 +97,29 @@ PlaneRegion search_region(const datasets::Experiment& experiment, const Camera& 
   }
   if (rig.left >= rig.right || rig.bottom >= rig.top) return seen;
   // Particles may lie above the ends of the walls.
-  return {std::max(seen.left, rig.left - radius), std::min(seen.right, rig.right + radius),
-          std::max(seen.bottom, rig.bottom - radius), std::min(seen.top, rig.top + 4.0 * radius)};
+  return {std::max(seen.left, rig.left - radius),
+          std::min(seen.right, rig.right + radius),
+          std::max(seen.bottom, rig.bottom - radius),
+          std::min(seen.top, rig.top + 4.0 * radius)};
 }
 
 // One particle's history.
 struct Track {
-  std::vector<std::optional<BodyFit>> fits;  // one a frame
-  BodyPose last;                             // last seen, or predicted since
+  std::vector<std::optional<BodyFit>> fits;            // one a frame
+  BodyPose last;                                       // last seen, or predicted since
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // a frame: x, z, angle
-  int unseen = 0;                            // frames since it was seen
-  bool known = false;                        // was ever seen
+  int unseen = 0;                                      // frames since it was seen
+  bool known = false;                                  // was ever seen
   Eigen::Vector3f colour = Eigen::Vector3f::Zero();
 };
 
 class FilmTracker {
  public:
   FilmTracker(const datasets::Experiment& experiment, const datasets::Replicate& replicate)
-      : experiment_(experiment), replicate_(replicate), nominal_(nominal_shape(experiment)), shape_(nominal_) {
+      : experiment_(experiment),
+        replicate_(replicate),
+        nominal_(nominal_shape(experiment)),
+        shape_(nominal_) {
     summary_.replicate = replicate.name;
   }
 
@@ -150,18 +164,27 @@ void FilmTracker::calibrate_camera(const cv::Mat& grey) {
   summary_.fiducials_given = static_cast<int>(given.size());
   constexpr std::size_t fewest = 4;
   if (given.size() < fewest) {
-    throw InputError(fmt::format("{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
-                                 "calibrate the camera", experiment_.file.string(), given.size(), fewest));
+    throw InputError(fmt::format(
+        "{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
+        "calibrate the camera",
+        experiment_.file.string(),
+        given.size(),
+        fewest));
   }
   sightings_ = find_fiducials(grey, given, experiment_.camera.pixel_aspect);
   summary_.fiducials_found = static_cast<int>(sightings_.size());
   if (sightings_.size() < fewest) {
-    throw InputError(fmt::format("{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
-                                 "check that the dots are dark on a light ground, unobstructed, and that their "
-                                 "positions in the experiment file are right", where(), sightings_.size(), given.size(),
-                                 fewest));
+    throw InputError(fmt::format(
+        "{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
+        "check that the dots are dark on a light ground, unobstructed, and that their "
+        "positions in the experiment file are right",
+        where(),
+        sightings_.size(),
+        given.size(),
+        fewest));
   }
-  calibration_ = calibrate(given, sightings_, grey.cols, grey.rows, experiment_.camera.pixel_aspect);
+  calibration_ =
+      calibrate(given, sightings_, grey.cols, grey.rows, experiment_.camera.pixel_aspect);
   summary_.fiducials_used = static_cast<int>(calibration_.used.size());
   summary_.distortion_k1 = calibration_.camera.k1();
   summary_.distortion_k2 = calibration_.camera.k2();
@@ -171,15 +194,24 @@ void FilmTracker::calibrate_camera(const cv::Mat& grey) {
   summary_.calibration_leave_one_out_rms_mm = 1.0e3 * calibration_.leave_one_out_rms;
   summary_.calibration_leave_one_out_max_mm = 1.0e3 * calibration_.leave_one_out_max;
   if (summary_.fiducials_used < summary_.fiducials_given) {
-    warn(fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not found or lie off.",
-                     summary_.fiducials_used, summary_.fiducials_given));
+    warn(
+        fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not "
+                    "found or lie off.",
+                    summary_.fiducials_used,
+                    summary_.fiducials_given));
   }
   if (calibration_.used.size() == fewest)
-    warn("Only four fiducials: the camera's distortion and the calibration's error cannot be checked.");
+    warn(
+        "Only four fiducials: the camera's distortion and the calibration's error cannot be "
+        "checked.");
   const double pixel_mm = 1.0e3 / calibration_.camera.scale(given[0].x, given[0].z);
   if (summary_.calibration_rms_mm > 0.5 * pixel_mm) {
-    fail(fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is {:.2f} mm): positions in "
-                     "the experiment file may be wrong.", summary_.calibration_rms_mm, 0.5 * pixel_mm));
+    fail(
+        fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is "
+                    "{:.2f} mm): positions in "
+                    "the experiment file may be wrong.",
+                    summary_.calibration_rms_mm,
+                    0.5 * pixel_mm));
   }
 }
 
@@ -189,16 +221,20 @@ void FilmTracker::begin(const cv::Mat& frame) {
   calibrate_camera(grey);
   noise_ = std::max(1.0, camera_noise(frame));
   region_ = search_region(experiment_, calibration_.camera, nominal_.radius[0]);
-  // Bars reach half the gap towards the camera; their front edges are seen beside their place in the plane.
+  // Bars reach half the gap towards the camera; their front edges are seen beside their place in
+  // the plane.
   walls_ = experiment_.rig.walls;
   for (const datasets::Wall& wall : experiment_.rig.walls) {
     const Camera& camera = calibration_.camera;
     const double front = 0.5 * experiment_.rig.front_back_gap;
-    const Eigen::Vector2d from = camera.unproject(camera.project(Eigen::Vector3d(wall.from_x, wall.from_z, front)));
-    const Eigen::Vector2d to = camera.unproject(camera.project(Eigen::Vector3d(wall.to_x, wall.to_z, front)));
+    const Eigen::Vector2d from =
+        camera.unproject(camera.project(Eigen::Vector3d(wall.from_x, wall.from_z, front)));
+    const Eigen::Vector2d to =
+        camera.unproject(camera.project(Eigen::Vector3d(wall.to_x, wall.to_z, front)));
     walls_.push_back({wall.name + " front", from.x(), from.y(), to.x(), to.y()});
   }
-  if (experiment_.rig.piston) piston_.emplace(*experiment_.rig.piston, experiment_.camera.frame_rate);
+  if (experiment_.rig.piston)
+    piston_.emplace(*experiment_.rig.piston, experiment_.camera.frame_rate);
   if (piston_) piston_->measure(grey, calibration_.camera);
   find_first_bodies(frame);
 }
@@ -208,15 +244,20 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
   const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
   tracks_.resize(count);
   const Surroundings alone = surroundings_of(count);
-  // 1. Candidates over a range of sizes: the stated one may be wrong by some per cent, and must then be told so
+  // 1. Candidates over a range of sizes: the stated one may be wrong by some per cent, and must
+  // then be told so
   std::vector<BodyFit> best;
   double best_evidence = -1.0, best_factor = 1.0;
   for (const double factor : {1.0, 0.94, 1.06, 0.88, 1.12}) {
     BodyShape tried = nominal_;
     tried.separation *= factor;
     for (double& r : tried.radius) r *= factor;
-    const auto candidates = locate_balls(frame, calibration_.camera, region_, 0.5 * (tried.radius[0] + tried.radius[1]),
-                                         noise_, static_cast<int>(8 * count + 16));
+    const auto candidates = locate_balls(frame,
+                                         calibration_.camera,
+                                         region_,
+                                         0.5 * (tried.radius[0] + tried.radius[1]),
+                                         noise_,
+                                         static_cast<int>(8 * count + 16));
     const auto fits = fit_pairs(image, calibration_.camera, tried, candidates, alone, noise_, 0.12);
     const auto chosen = choose_bodies(fits, tried, count);
     double sum = 0.0;
@@ -228,17 +269,22 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
       best_factor = factor;
     }
     // All bodies, plainly seen, at the stated size: no need to look further.
-    const bool convincing = chosen.size() == count && std::all_of(chosen.begin(), chosen.end(), [](const BodyFit& fit) {
-      return fit.support > 0.7;
-    });
+    const bool convincing =
+        chosen.size() == count && std::all_of(chosen.begin(), chosen.end(), [](const BodyFit& fit) {
+          return fit.support > 0.7;
+        });
     if (factor == 1.0 && convincing) break;
   }
   shape_.separation = nominal_.separation * best_factor;
-  for (std::size_t ball = 0; ball < 2; ++ball) shape_.radius[ball] = nominal_.radius[ball] * best_factor;
+  for (std::size_t ball = 0; ball < 2; ++ball)
+    shape_.radius[ball] = nominal_.radius[ball] * best_factor;
   if (best.empty()) {
-    throw InputError(fmt::format("{}: no particle of two balls of radius {:.1f} mm, {:.1f} mm apart, was found in the "
-                                 "first frame; check the film, the particle's size and the fiducials", where(),
-                                 1.0e3 * nominal_.radius[0], 1.0e3 * nominal_.separation));
+    throw InputError(fmt::format(
+        "{}: no particle of two balls of radius {:.1f} mm, {:.1f} mm apart, was found in the "
+        "first frame; check the film, the particle's size and the fiducials",
+        where(),
+        1.0e3 * nominal_.radius[0],
+        1.0e3 * nominal_.separation));
   }
   // 2. The size at which outlines look sharpest: edges of lit balls seem to lie a little inside
   for (int pass = 0; pass < 2; ++pass) {
@@ -260,11 +306,18 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
       for (std::size_t j = 0; j < best.size(); ++j) {
         if (j == i) continue;
         const auto centres = ball_centres(best[j].pose, shape_);
-        for (std::size_t ball = 0; ball < 2; ++ball) around.discs.push_back({centres[ball], shape_.radius[ball]});
+        for (std::size_t ball = 0; ball < 2; ++ball)
+          around.discs.push_back({centres[ball], shape_.radius[ball]});
       }
-      const double radius_px = calibration_.camera.scale(best[i].pose.x, best[i].pose.z) * shape_.radius[0];
-      refitted.push_back(refine_body(image, calibration_.camera, shape_, best[i].pose, around,
-                                     {.window_px = std::max(2.5, 0.1 * radius_px), .iterations = 4, .noise = noise_}));
+      const double radius_px =
+          calibration_.camera.scale(best[i].pose.x, best[i].pose.z) * shape_.radius[0];
+      refitted.push_back(refine_body(
+          image,
+          calibration_.camera,
+          shape_,
+          best[i].pose,
+          around,
+          {.window_px = std::max(2.5, 0.1 * radius_px), .iterations = 4, .noise = noise_}));
     }
     best = refitted;
   }
@@ -275,7 +328,8 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     if (numbered[body] < 0) continue;
     BodyFit fit = best[static_cast<std::size_t>(numbered[body])];
     // First seen angle in [0, pi). Bodies with unequal balls keep their direction.
-    if (nominal_.radius[0] == nominal_.radius[1] && (fit.pose.angle < 0.0 || fit.pose.angle >= std::numbers::pi)) {
+    if (nominal_.radius[0] == nominal_.radius[1] &&
+        (fit.pose.angle < 0.0 || fit.pose.angle >= std::numbers::pi)) {
       const double turns = std::floor(fit.pose.angle / std::numbers::pi);
       fit.pose.angle -= turns * std::numbers::pi;
       if (static_cast<long>(turns) % 2 != 0) std::swap(fit.balls[0], fit.balls[1]);
@@ -285,7 +339,9 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
       const auto& start = experiment_.starts[body];
       const double off = std::hypot(fit.pose.x - start.x, fit.pose.z - start.z);
       if (off > nominal_.radius[0]) {
-        warn(fmt::format("Particle {} was found {:.0f} mm from its start place in frame 0.", body + 1, 1.0e3 * off));
+        warn(fmt::format("Particle {} was found {:.0f} mm from its start place in frame 0.",
+                         body + 1,
+                         1.0e3 * off));
       }
     }
   }
@@ -293,9 +349,14 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     fail(fmt::format("Frame 0 shows {} particles but the experiment says {}.", best.size(), count));
   } else {
     // One more than stated?
-    const auto candidates = locate_balls(frame, calibration_.camera, region_, 0.5 * (shape_.radius[0] + shape_.radius[1]),
-                                         noise_, static_cast<int>(8 * count + 16));
-    const auto fits = fit_pairs(image, calibration_.camera, shape_, candidates, alone, noise_, 0.12);
+    const auto candidates = locate_balls(frame,
+                                         calibration_.camera,
+                                         region_,
+                                         0.5 * (shape_.radius[0] + shape_.radius[1]),
+                                         noise_,
+                                         static_cast<int>(8 * count + 16));
+    const auto fits =
+        fit_pairs(image, calibration_.camera, shape_, candidates, alone, noise_, 0.12);
     const auto more = choose_bodies(fits, shape_, count + 1);
     if (more.size() > count) {
       double weakest_known = 1.0e9;
@@ -303,7 +364,8 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
       double weakest = 1.0e9;
       for (const BodyFit& fit : more) weakest = std::min(weakest, evidence_of(fit));
       if (weakest > 0.6 * weakest_known)
-        warn(fmt::format("Frame 0 seems to show more than the {} particles that the experiment states.", count));
+        warn(fmt::format(
+            "Frame 0 seems to show more than the {} particles that the experiment states.", count));
     }
   }
 }
@@ -319,7 +381,8 @@ Surroundings FilmTracker::surroundings_of(std::size_t body) const {
   for (std::size_t other = 0; other < tracks_.size(); ++other) {
     if (other == body || !tracks_[other].known) continue;
     const auto centres = ball_centres(tracks_[other].last, shape_);
-    for (std::size_t ball = 0; ball < 2; ++ball) result.discs.push_back({centres[ball], shape_.radius[ball]});
+    for (std::size_t ball = 0; ball < 2; ++ball)
+      result.discs.push_back({centres[ball], shape_.radius[ball]});
   }
   return result;
 }
@@ -331,7 +394,8 @@ cv::Rect FilmTracker::working_region() const {
     const Eigen::Vector2d pixel = calibration_.camera.project(track.last.x, track.last.z);
     const Eigen::Matrix2d jacobian = calibration_.camera.jacobian(track.last.x, track.last.z);
     const double reach = 0.5 * shape_.separation + 1.6 * shape_.radius[0];
-    const double half_width = jacobian.row(0).norm() * reach, half_height = jacobian.row(1).norm() * reach;
+    const double half_width = jacobian.row(0).norm() * reach,
+                 half_height = jacobian.row(1).norm() * reach;
     left = std::min(left, pixel.x() - half_width);
     right = std::max(right, pixel.x() + half_width);
     top = std::min(top, pixel.y() - half_height);
@@ -351,7 +415,8 @@ void FilmTracker::accept(Track& track, const BodyFit& fit, int number) {
   track.last = fit.pose;
   track.unseen = 0;
   // Light changes along the way: the colour is remembered for about fifty frames.
-  track.colour = track.known ? Eigen::Vector3f(0.98F * track.colour + 0.02F * fit.colour) : fit.colour;
+  track.colour =
+      track.known ? Eigen::Vector3f(0.98F * track.colour + 0.02F * fit.colour) : fit.colour;
   track.known = true;
 }
 
@@ -376,20 +441,24 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
     for (std::size_t body = 0; body < tracks_.size(); ++body) {
       Track& track = tracks_[body];
       if (!track.known) continue;
-      const double radius_px = calibration_.camera.scale(track.last.x, track.last.z) * shape_.radius[0];
+      const double radius_px =
+          calibration_.camera.scale(track.last.x, track.last.z) * shape_.radius[0];
       const RefineOptions refine{.window_px = std::max(2.5, (sweep == 0 ? 0.18 : 0.1) * radius_px),
                                  .iterations = 3,
                                  .noise = noise_};
-      fits[body] = refine_body(image, calibration_.camera, shape_, track.last, surroundings_of(body), refine);
+      fits[body] = refine_body(
+          image, calibration_.camera, shape_, track.last, surroundings_of(body), refine);
       if (fits[body].support >= lost_support) track.last = fits[body].pose;
     }
   }
   // 3. Who was lost: no outline there, too far from where it could be, or inside another body
   std::vector<std::size_t> lost;
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
-    bool is_lost = !tracks_[body].known || fits[body].support < lost_support || fits[body].visible < 0.08;
+    bool is_lost =
+        !tracks_[body].known || fits[body].support < lost_support || fits[body].visible < 0.08;
     for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
-      if (other == body || !tracks_[other].known || fits[other].support > fits[body].support) continue;
+      if (other == body || !tracks_[other].known || fits[other].support > fits[body].support)
+        continue;
       if (fits[other].support == fits[body].support && other > body) continue;
     }
     for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
@@ -407,7 +476,8 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
   if (!lost.empty()) recover(frame, number, lost);
 }
 
-// A body that the prediction did not find: looked for about the predicted place, then in the whole region.
+// A body that the prediction did not find: looked for about the predicted place, then in the whole
+// region.
 void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost) {
   const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
   std::vector<char> is_lost(tracks_.size(), 0);
@@ -417,12 +487,17 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
     if (is_lost[body] || !tracks_[body].known) continue;
     const auto centres = ball_centres(tracks_[body].last, shape_);
-    for (std::size_t ball = 0; ball < 2; ++ball) others.discs.push_back({centres[ball], shape_.radius[ball]});
+    for (std::size_t ball = 0; ball < 2; ++ball)
+      others.discs.push_back({centres[ball], shape_.radius[ball]});
   }
   // 1. Detections: the picture's own candidates, and starts all round each predicted place
   std::vector<BodyFit> found;
-  const auto candidates = locate_balls(frame, calibration_.camera, region_, 0.5 * (shape_.radius[0] + shape_.radius[1]),
-                                       noise_, static_cast<int>(8 * tracks_.size() + 16));
+  const auto candidates = locate_balls(frame,
+                                       calibration_.camera,
+                                       region_,
+                                       0.5 * (shape_.radius[0] + shape_.radius[1]),
+                                       noise_,
+                                       static_cast<int>(8 * tracks_.size() + 16));
   found = fit_pairs(image, calibration_.camera, shape_, candidates, others, noise_, 0.15);
   for (std::size_t body : lost) {
     if (!tracks_[body].known) continue;
@@ -433,8 +508,13 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
         for (int k = -1; k <= 1; ++k) {
           const double stride = 0.25 * shape_.radius[0];
           const BodyPose start{at.x + i * stride, at.z + j * stride, at.angle + 15.0 * degree * k};
-          BodyFit fit = refine_body(image, calibration_.camera, shape_, start, others,
-                                    {.window_px = std::max(2.5, 0.16 * radius_px), .iterations = 3, .noise = noise_});
+          BodyFit fit = refine_body(
+              image,
+              calibration_.camera,
+              shape_,
+              start,
+              others,
+              {.window_px = std::max(2.5, 0.16 * radius_px), .iterations = 3, .noise = noise_});
           if (fit.support >= lost_support) found.push_back(fit);
         }
       }
@@ -443,7 +523,8 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
   // 2. Not where somebody else is
   std::erase_if(found, [&](const BodyFit& fit) {
     for (std::size_t body = 0; body < tracks_.size(); ++body)
-      if (!is_lost[body] && tracks_[body].known && overlap(fit.pose, tracks_[body].last, shape_)) return true;
+      if (!is_lost[body] && tracks_[body].known && overlap(fit.pose, tracks_[body].last, shape_))
+        return true;
     return false;
   });
   const std::vector<BodyFit> chosen = choose_bodies(found, shape_, lost.size());
@@ -453,10 +534,12 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
   for (std::size_t body : lost) {
     const Track& track = tracks_[body];
     if (!track.known) continue;
-    // A frame of free fall and a push of as much again, growing while unseen; the angle may have turned with it.
+    // A frame of free fall and a push of as much again, growing while unseen; the angle may have
+    // turned with it.
     const double interval = 1.0 / experiment_.camera.frame_rate;
     const double frames = 1.0 + track.unseen;
-    const double reach = 2.0 * experiment_.rig.gravity * interval * interval * frames * frames + 0.25 * shape_.radius[0];
+    const double reach = 2.0 * experiment_.rig.gravity * interval * interval * frames * frames +
+                         0.25 * shape_.radius[0];
     expectations.push_back({track.last, reach, reach / (0.5 * shape_.separation), track.colour});
     waiting.push_back(body);
   }
@@ -472,7 +555,8 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
     // The end nearest to the expected direction
     const double turn = axis_difference(fit.pose.angle, track.last.angle);
     const double turned = track.last.angle + turn - fit.pose.angle;
-    if (static_cast<long>(std::lround(turned / std::numbers::pi)) % 2 != 0) std::swap(fit.balls[0], fit.balls[1]);
+    if (static_cast<long>(std::lround(turned / std::numbers::pi)) % 2 != 0)
+      std::swap(fit.balls[0], fit.balls[1]);
     fit.pose.angle += turned;
     accept(track, fit, number);
     recovered[waiting[i]] = 1;
@@ -497,8 +581,11 @@ void FilmTracker::check_fiducials(const cv::Mat& grey, int number) {
   const double typical = median(moves);
   summary_.camera_shift_px = std::max(summary_.camera_shift_px, typical);
   if (typical > 1.0) {
-    fail(fmt::format("The camera or the rig moved: by frame {} the fiducials lie {:.1f} px from where they were.", number,
-                     typical));
+    fail(
+        fmt::format("The camera or the rig moved: by frame {} the fiducials lie {:.1f} px from "
+                    "where they were.",
+                    number,
+                    typical));
   }
 }
 
@@ -519,7 +606,8 @@ double FilmTracker::find_event(int frames) {
     for (std::size_t body = 0; body < tracks_.size(); ++body) {
       if (tracks_[body].fits.empty() || !tracks_[body].fits[0]) continue;
       const auto centres = ball_centres(tracks_[body].fits[0]->pose, shape_);
-      const double lowest = std::min(centres[0].y() - shape_.radius[0], centres[1].y() - shape_.radius[1]);
+      const double lowest =
+          std::min(centres[0].y() - shape_.radius[0], centres[1].y() - shape_.radius[1]);
       const double middle = tracks_[body].fits[0]->pose.x;
       if (middle > piston.left_x && middle < piston.right_x && lowest < piston.face_z + reach &&
           lowest > piston.face_z - reach)
@@ -542,17 +630,26 @@ double FilmTracker::find_event(int frames) {
       event = witness;
       event->how = "particles on the piston";
       event->uncertainty = std::max(event->uncertainty, 0.5 * interval);
-      warn("The piston's face could not be followed; the start of motion is that of the particles resting on it.");
+      warn(
+          "The piston's face could not be followed; the start of motion is that of the particles "
+          "resting on it.");
     } else if (event && witness && std::abs(event->time - witness->time) > 2.0 * interval) {
-      warn(fmt::format("The piston seems to start at {:.3f} s of film but the particles on it at {:.3f} s.", event->time,
-                       witness->time));
+      warn(fmt::format(
+          "The piston seems to start at {:.3f} s of film but the particles on it at {:.3f} s.",
+          event->time,
+          witness->time));
     }
     if (event && std::abs(event->speed / piston.velocity_z - 1.0) > 0.05) {
-      warn(fmt::format("The piston moves at {:.1f} mm/s on the film but the experiment says {:.1f} mm/s: frame rate, scale "
-                       "or speed is wrong.", 1.0e3 * event->speed, 1.0e3 * piston.velocity_z));
+      warn(
+          fmt::format("The piston moves at {:.1f} mm/s on the film but the experiment says {:.1f} "
+                      "mm/s: frame rate, scale "
+                      "or speed is wrong.",
+                      1.0e3 * event->speed,
+                      1.0e3 * piston.velocity_z));
     }
   } else {
-    // First motion of any particle: the first of three frames in a row away from rest by five times the jitter of rest
+    // First motion of any particle: the first of three frames in a row away from rest by five times
+    // the jitter of rest
     int earliest = -1;
     for (const Track& track : tracks_) {
       if (track.fits.size() < 8 || !track.fits[0]) continue;
@@ -564,11 +661,14 @@ double FilmTracker::find_event(int frames) {
                                      track.fits[k]->pose.z - track.fits[k - 1]->pose.z));
       std::sort(steps.begin(), steps.end());
       const double pixel = 1.0 / calibration_.camera.scale(rest.x, rest.z);
-      const double jitter = steps.empty() ? pixel : std::max(0.05 * pixel, std::min(steps[steps.size() / 10], 0.3 * pixel));
+      const double jitter =
+          steps.empty() ? pixel
+                        : std::max(0.05 * pixel, std::min(steps[steps.size() / 10], 0.3 * pixel));
       int run = 0;
       for (std::size_t k = 1; k < track.fits.size(); ++k) {
-        const bool away = track.fits[k] && std::hypot(track.fits[k]->pose.x - rest.x,
-                                                      track.fits[k]->pose.z - rest.z) > 5.0 * jitter;
+        const bool away =
+            track.fits[k] && std::hypot(track.fits[k]->pose.x - rest.x,
+                                        track.fits[k]->pose.z - rest.z) > 5.0 * jitter;
         run = away ? run + 1 : 0;
         if (run == 3) {
           const int start = static_cast<int>(k) - 2;
@@ -586,18 +686,24 @@ double FilmTracker::find_event(int frames) {
   }
   if (!event) {
     if (!noted) {
-      throw InputError(fmt::format("{}: the start of motion cannot be found on the film (it must show at least a few "
-                                   "frames before it); cut the film less closely or give camera.noted_event_s",
-                                   where()));
+      throw InputError(fmt::format(
+          "{}: the start of motion cannot be found on the film (it must show at least a few "
+          "frames before it); cut the film less closely or give camera.noted_event_s",
+          where()));
     }
     event.emplace();
     event->time = *noted;
     event->uncertainty = interval;
     event->how = "noted by the laboratory";
-    fail(fmt::format("The start of motion could not be found on the film; the noted time {:.3f} s was used.", *noted));
+    fail(fmt::format(
+        "The start of motion could not be found on the film; the noted time {:.3f} s was used.",
+        *noted));
   } else if (noted && std::abs(event->time - *noted) > 3.0 * event->uncertainty + 0.5 * interval) {
-    warn(fmt::format("Motion starts at {:.3f} s of film (+- {:.3f} s, {}), but {:.3f} s was noted.", event->time,
-                     event->uncertainty, event->how, *noted));
+    warn(fmt::format("Motion starts at {:.3f} s of film (+- {:.3f} s, {}), but {:.3f} s was noted.",
+                     event->time,
+                     event->uncertainty,
+                     event->how,
+                     *noted));
   }
   summary_.event_time_s = event->time;
   summary_.event_uncertainty_s = event->uncertainty;
@@ -617,23 +723,35 @@ void FilmTracker::judge(const Learned& learned) {
   // Real particles and the look of their edges stay within three per cent.
   constexpr double size_tolerance = 0.03;
   if (std::abs(learned.radius_mean / nominal_radius - 1.0) > size_tolerance) {
-    warn(fmt::format("The balls look {:.2f} mm in radius but the experiment says {:.2f} mm ({:+.1f} %): check the "
-                     "particle's size and the fiducials' positions.", 1.0e3 * learned.radius_mean, 1.0e3 * nominal_radius,
-                     100.0 * (learned.radius_mean / nominal_radius - 1.0)));
+    warn(
+        fmt::format("The balls look {:.2f} mm in radius but the experiment says {:.2f} mm ({:+.1f} "
+                    "%): check the "
+                    "particle's size and the fiducials' positions.",
+                    1.0e3 * learned.radius_mean,
+                    1.0e3 * nominal_radius,
+                    100.0 * (learned.radius_mean / nominal_radius - 1.0)));
   }
   if (std::abs(learned.separation_mean / nominal_.separation - 1.0) > size_tolerance) {
-    warn(fmt::format("The ball centres look {:.2f} mm apart but the experiment says {:.2f} mm ({:+.1f} %): check the "
-                     "particle's size.", 1.0e3 * learned.separation_mean, 1.0e3 * nominal_.separation,
-                     100.0 * (learned.separation_mean / nominal_.separation - 1.0)));
+    warn(
+        fmt::format("The ball centres look {:.2f} mm apart but the experiment says {:.2f} mm "
+                    "({:+.1f} %): check the "
+                    "particle's size.",
+                    1.0e3 * learned.separation_mean,
+                    1.0e3 * nominal_.separation,
+                    100.0 * (learned.separation_mean / nominal_.separation - 1.0)));
   }
   if (summary_.least_complete_particle < 0.995) {
     const std::string sentence = fmt::format("A particle was seen in only {:.1f} % of the frames.",
                                              100.0 * summary_.least_complete_particle);
-    if (summary_.least_complete_particle < 0.9) fail(sentence);
-    else warn(sentence);
+    if (summary_.least_complete_particle < 0.9)
+      fail(sentence);
+    else
+      warn(sentence);
   }
-  if (failed_) summary_.grade = Grade::fail;
-  else if (!summary_.warnings.empty()) summary_.grade = Grade::warn;
+  if (failed_)
+    summary_.grade = Grade::fail;
+  else if (!summary_.warnings.empty())
+    summary_.grade = Grade::warn;
 }
 
 TrackedFilm FilmTracker::run(const TrackingOptions& options) {
@@ -645,8 +763,10 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   cv::Mat frame;
   while (video.read(frame)) {
     const int number = video.frames_read() - 1;
-    if (number == 0) begin(frame);
-    else follow(frame, number);
+    if (number == 0)
+      begin(frame);
+    else
+      follow(frame, number);
     constexpr int fiducial_interval = 25;  // frames
     if (number > 0 && number % fiducial_interval == 0) {
       cv::Mat grey;
@@ -682,6 +802,10 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   datasets::Trajectories& out = result.trajectories;
   for (int k = 0; k < frames; ++k)
     out.time[static_cast<std::size_t>(k)] = k / experiment_.camera.frame_rate - zero;
+  // Real balls differ: masses go with r^3, so the centre of mass moves along the axis by 3/4 of the
+  // separation times the relative difference of the two radii.
+  const double mass_shift =
+      0.75 * shape_.separation * learned.radius_difference / learned.radius_mean;
   std::vector<double> position_sigmas, angle_sigmas, scatters;
   double score_sum = 0.0;
   int worst = frames;
@@ -695,12 +819,16 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
         continue;
       }
       ++detections;
-      const SolvedPose solved = solve_pose(*fit, shape, learned.excess);
+      const SolvedPose solved = solve_pose(*fit, shape);
       Eigen::Matrix3d covariance = solved.covariance;
-      covariance.topLeftCorner<2, 2>() += calibration_.point_covariance(solved.pose.x, solved.pose.z);
+      covariance.topLeftCorner<2, 2>() +=
+          calibration_.point_covariance(solved.pose.x, solved.pose.z);
+      const Eigen::Vector2d axis(std::cos(solved.pose.angle), std::sin(solved.pose.angle));
+      covariance.topLeftCorner<2, 2>() += mass_shift * mass_shift * axis * axis.transpose();
       const std::size_t i = out.index(k, body);
       out.poses[i] = {solved.pose.x, solved.pose.z, solved.pose.angle};
-      out.sigmas[i] = {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
+      out.sigmas[i] = {
+          std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
       out.scores[i] = fit->support;
       score_sum += fit->support;
       position_sigmas.push_back(std::sqrt(0.5 * (covariance(0, 0) + covariance(1, 1))));
@@ -721,15 +849,16 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   summary_.angle_sigma_deg = median(angle_sigmas) / degree;
   summary_.ray_scatter_px = median(scatters);
   judge(learned);
-  summary_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  summary_.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   summary_.frames_per_second = frames / summary_.seconds;
   result.summary = summary_;
 
   // 4. The findings drawn on the film, outside the clock
   Findings findings{&calibration_.camera, &result.trajectories, {}, sightings_};
   for (const LearnedShape& body : learned.bodies) findings.shapes.push_back(body.shape);
-  const int event_frame =
-      std::clamp(static_cast<int>(std::lround(zero * experiment_.camera.frame_rate)), 0, frames - 1);
+  const int event_frame = std::clamp(
+      static_cast<int>(std::lround(zero * experiment_.camera.frame_rate)), 0, frames - 1);
   OverlayFiles files;
   files.film = options.overlay_file;
   files.frame_rate = experiment_.camera.frame_rate;
@@ -744,9 +873,12 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
 
 std::string to_string(Grade grade) {
   switch (grade) {
-    case Grade::ok: return "ok";
-    case Grade::warn: return "warn";
-    case Grade::fail: return "fail";
+    case Grade::ok:
+      return "ok";
+    case Grade::warn:
+      return "warn";
+    case Grade::fail:
+      return "fail";
   }
   return "";
 }

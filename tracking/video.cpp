@@ -16,7 +16,8 @@ using datasets::InputError;
 
 namespace {
 
-// A container may count a frame or two more than can be decoded; more than this share missing means a cut-off file.
+// A container may count a frame or two more than can be decoded; more than this share missing means
+// a cut-off file.
 constexpr double tolerated_missing_share = 0.02;
 constexpr int tolerated_missing_frames = 2;
 
@@ -24,7 +25,8 @@ constexpr int tolerated_missing_frames = 2;
 std::string listed(const std::vector<int>& frames) {
   constexpr std::size_t shown = 6;
   if (frames.size() <= shown) return fmt::format("{}", fmt::join(frames, ", "));
-  return fmt::format("{} and {} more", fmt::join(frames.begin(), frames.begin() + shown, ", "),
+  return fmt::format("{} and {} more",
+                     fmt::join(frames.begin(), frames.begin() + shown, ", "),
                      frames.size() - shown);
 }
 
@@ -40,20 +42,24 @@ double median(std::vector<double> values) {
 VideoReader::VideoReader(const std::filesystem::path& file, double frame_rate)
     : file_(file), frame_rate_(frame_rate) {
   if (!std::filesystem::exists(file))
-    throw InputError(fmt::format("{}: the film does not exist; give the path of a video file", file.string()));
+    throw InputError(
+        fmt::format("{}: the film does not exist; give the path of a video file", file.string()));
   if (std::filesystem::is_directory(file))
     throw InputError(fmt::format("{}: is a folder; give the path of a video file", file.string()));
   if (std::filesystem::file_size(file) == 0)
     throw InputError(fmt::format("{}: the file is empty; copy the film again", file.string()));
   capture_.open(file.string(), cv::CAP_FFMPEG);
   if (!capture_.isOpened()) {
-    throw InputError(fmt::format(
-        "{}: cannot be opened as a film (cut off, or not a video); copy it again or convert it to mp4", file.string()));
+    throw InputError(
+        fmt::format("{}: cannot be opened as a film (cut off, or not a video); copy it again or "
+                    "convert it to mp4",
+                    file.string()));
   }
   declared_frame_rate_ = capture_.get(cv::CAP_PROP_FPS);
   declared_frames_ = std::max(0, static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_COUNT)));
   if (!capture_.read(first_frame_) || first_frame_.empty())
-    throw InputError(fmt::format("{}: holds no frame that can be decoded; record or copy the film again", file.string()));
+    throw InputError(fmt::format(
+        "{}: holds no frame that can be decoded; record or copy the film again", file.string()));
   size_ = first_frame_.size();
 }
 
@@ -67,9 +73,15 @@ bool VideoReader::read(cv::Mat& frame) {
     return false;
   }
   if (frame.size() != size_) {
-    throw InputError(fmt::format("{}: frame {} is {} x {} pixels but the film began with {} x {}; all frames must be "
-                                 "of one size", file_.string(), frames_read_, frame.cols, frame.rows, size_.width,
-                                 size_.height));
+    throw InputError(fmt::format(
+        "{}: frame {} is {} x {} pixels but the film began with {} x {}; all frames must be "
+        "of one size",
+        file_.string(),
+        frames_read_,
+        frame.cols,
+        frame.rows,
+        size_.width,
+        size_.height));
   }
   note_time_stamp();
   note_change(frame);
@@ -92,15 +104,16 @@ void VideoReader::note_change(const cv::Mat& frame) {
   if (previous_.empty()) {
     changes_.push_back(0.0);
   } else {
-    changes_.push_back(cv::norm(sparse, previous_, cv::NORM_L1) / static_cast<double>(sparse.total()));
+    changes_.push_back(cv::norm(sparse, previous_, cv::NORM_L1) /
+                       static_cast<double>(sparse.total()));
     constexpr int combing_interval = 10;  // frames; combing is a property of the whole film
     if (frames_read_ % combing_interval == 0) note_combing(frame);
   }
   previous_ = sparse;
 }
 
-// Two fields woven into one frame: where something moves, a row differs more from the next row than from the one
-// after it, which belongs to the same field.
+// Two fields woven into one frame: where something moves, a row differs more from the next row than
+// from the one after it, which belongs to the same field.
 void VideoReader::note_combing(const cv::Mat& frame) {
   constexpr int stride = 4;
   constexpr int moved = 24;  // grey levels of change at a pixel: well above camera noise
@@ -110,7 +123,8 @@ void VideoReader::note_combing(const cv::Mat& frame) {
     for (int column = 0; column < previous_.cols; ++column) {
       const int x = column * stride;
       const int here = frame.at<cv::Vec3b>(y, x)[1];
-      if (std::abs(here - static_cast<int>(previous_.at<std::uint8_t>(row, column))) < moved) continue;
+      if (std::abs(here - static_cast<int>(previous_.at<std::uint8_t>(row, column))) < moved)
+        continue;
       const int next = frame.at<cv::Vec3b>(y + 1, x)[1];
       const int second = frame.at<cv::Vec3b>(y + 2, x)[1];
       combed_change_ += std::abs(here - next);
@@ -122,21 +136,29 @@ void VideoReader::note_combing(const cv::Mat& frame) {
 void VideoReader::finish() {
   finished_ = true;
   const int missing = declared_frames_ - frames_read_;
-  if (missing > std::max<double>(tolerated_missing_frames, tolerated_missing_share * declared_frames_)) {
-    throw InputError(fmt::format("{}: the film breaks off after frame {} although its header announces {} frames; copy "
-                                 "or record it again", file_.string(), frames_read_ - 1, declared_frames_));
+  if (missing >
+      std::max<double>(tolerated_missing_frames, tolerated_missing_share * declared_frames_)) {
+    throw InputError(fmt::format(
+        "{}: the film breaks off after frame {} although its header announces {} frames; copy "
+        "or record it again",
+        file_.string(),
+        frames_read_ - 1,
+        declared_frames_));
   }
   // A repeated frame: no change at all between two that change as usual.
   constexpr int neighbourhood = 4;
   const int frames = frames_read_;
   for (int frame = 2; frame + 1 < frames; ++frame) {
     std::vector<double> around;
-    for (int other = std::max(1, frame - neighbourhood); other <= std::min(frames - 1, frame + neighbourhood); ++other)
+    for (int other = std::max(1, frame - neighbourhood);
+         other <= std::min(frames - 1, frame + neighbourhood);
+         ++other)
       if (other != frame) around.push_back(changes_[static_cast<std::size_t>(other)]);
     const double usual = median(around);
     const double lowest = *std::min_element(around.begin(), around.end());
     constexpr double repeated_share = 0.1;
-    if (usual > 0.05 && lowest > 0.3 * usual && changes_[static_cast<std::size_t>(frame)] < repeated_share * usual)
+    if (usual > 0.05 && lowest > 0.3 * usual &&
+        changes_[static_cast<std::size_t>(frame)] < repeated_share * usual)
       repeated_frames_.push_back(frame);
   }
 }
@@ -145,16 +167,22 @@ std::vector<std::string> VideoReader::warnings() const {
   std::vector<std::string> sentences;
   const double rate_ratio = declared_frame_rate_ > 0.0 ? declared_frame_rate_ / frame_rate_ : 1.0;
   if (std::abs(rate_ratio - 1.0) > 0.005) {
-    sentences.push_back(fmt::format("The file says {:.4g} frames/s but the experiment {:.4g}; the experiment's rate "
-                                    "was used.", declared_frame_rate_, frame_rate_));
+    sentences.push_back(fmt::format(
+        "The file says {:.4g} frames/s but the experiment {:.4g}; the experiment's rate "
+        "was used.",
+        declared_frame_rate_,
+        frame_rate_));
   }
   const int missing = declared_frames_ - frames_read_;
   if (declared_frames_ > 0 && missing != 0) {
-    sentences.push_back(fmt::format("The file announces {} frames but {} were read.", declared_frames_, frames_read_));
+    sentences.push_back(fmt::format(
+        "The file announces {} frames but {} were read.", declared_frames_, frames_read_));
   }
   if (!repeated_frames_.empty()) {
-    sentences.push_back(fmt::format("Frames {} repeat the frame before them while the film moves: the clock of this "
-                                    "recording may slip there.", listed(repeated_frames_)));
+    sentences.push_back(fmt::format(
+        "Frames {} repeat the frame before them while the film moves: the clock of this "
+        "recording may slip there.",
+        listed(repeated_frames_)));
   }
   // Uneven time stamps. Zero stamps near the end are an OpenCV fault and mean nothing.
   std::vector<int> uneven;
@@ -165,12 +193,16 @@ std::vector<std::string> VideoReader::warnings() const {
       uneven.push_back(static_cast<int>(frame));
   }
   if (!uneven.empty()) {
-    sentences.push_back(fmt::format("The file's time stamps are uneven at frames {}; frames were taken as evenly "
-                                    "spaced.", listed(uneven)));
+    sentences.push_back(
+        fmt::format("The file's time stamps are uneven at frames {}; frames were taken as evenly "
+                    "spaced.",
+                    listed(uneven)));
   }
   // Progressive film: a row two away differs more than the next one. Woven fields reverse that.
   if (combed_change_ > 1.15 * plain_change_ && plain_change_ > 0.0) {
-    sentences.push_back("The film looks interlaced (moving edges are combed); split it into fields before tracking.");
+    sentences.push_back(
+        "The film looks interlaced (moving edges are combed); split it into fields before "
+        "tracking.");
   }
   return sentences;
 }

@@ -1,5 +1,6 @@
-// Frames of a film in order, and when they were taken. The reader counts frames by reading them and never seeks,
-// because OpenCV 4.6 seeks to the wrong frame in H.264 and its time stamps are 0 near the end of a file.
+// Frames of a film in order, and when they were taken. The reader counts frames by reading them and
+// never seeks, because OpenCV 4.6 seeks to the wrong frame in H.264 and its time stamps are 0 near
+// the end of a file.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +13,12 @@ namespace graintruth::tracking {
 
 class VideoReader {
  public:
-  // `frame_rate` is the laboratory's, in Hz, and the truth; what the container says is only compared with it.
-  // Throws InputError when the file is missing, is no film, or holds no frame.
+  // `frame_rate` is the laboratory's, in Hz, and the truth; what the container says is only
+  // compared with it. Throws InputError when the file is missing, is no film, or holds no frame.
   VideoReader(const std::filesystem::path& file, double frame_rate);
 
-  // The next frame as 8-bit BGR; false at the end. Throws InputError when the film is cut off or changes its size.
+  // The next frame as 8-bit BGR; false at the end. Throws InputError when the film is cut off or
+  // changes its size.
   bool read(cv::Mat& frame);
 
   int frames_read() const { return frames_read_; }
@@ -46,9 +48,9 @@ class VideoReader {
   cv::Size size_;
   cv::VideoCapture capture_;
   cv::Mat first_frame_;
-  cv::Mat previous_;                   // every fourth row and column of the frame before
-  std::vector<double> changes_;        // mean absolute change from the frame before, grey levels
-  std::vector<double> time_stamps_;    // s, as the container tells
+  cv::Mat previous_;                 // every fourth row and column of the frame before
+  std::vector<double> changes_;      // mean absolute change from the frame before, grey levels
+  std::vector<double> time_stamps_;  // s, as the container tells
   std::vector<int> repeated_frames_;
   double combed_change_ = 0.0, plain_change_ = 0.0;  // sums of row differences where the film moves
 };

@@ -1,10 +1,12 @@
-// How well the five bundled films are tracked, against their truth: recall, identity, position and angle error,
-// calibration of the stated uncertainty, time zero, speed. Prints a table and writes it as CSV.
+// How well the five bundled films are tracked, against their truth: recall, identity, position and
+// angle error, calibration of the stated uncertainty, time zero, speed. Prints a table and writes
+// it as CSV.
 //   bench_tracking_micro [EXPERIMENT.toml] [OUT.csv]
 //
-// The tracked point is the midpoint of the two ball centres; the truth file gives the centre of mass. The midpoint is
-// rebuilt from placement.csv: radii r1, r2 and centre distance d give the offset between the two along the axis (the
-// solid of two overlapping balls). Which ball lies at which end is not in the files; the end that fits is taken.
+// The tracked point is the midpoint of the two ball centres; the truth file gives the centre of
+// mass. The midpoint is rebuilt from placement.csv: radii r1, r2 and centre distance d give the
+// offset between the two along the axis (the solid of two overlapping balls). Which ball lies at
+// which end is not in the files; the end that fits is taken.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,8 +22,9 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-// From the centre of mass to the midpoint of the centres, along the axis from ball 1 to ball 2, m. Each ball is cut by the
-// plane of the circle in which they meet; volume and first moment of a ball's part x in [low, high] are
+// From the centre of mass to the midpoint of the centres, along the axis from ball 1 to ball 2, m.
+// Each ball is cut by the plane of the circle in which they meet; volume and first moment of a
+// ball's part x in [low, high] are
 //   V = pi int (r^2 - x^2) dx,   M = pi int x (r^2 - x^2) dx,   x from the ball's own centre.
 double midpoint_offset(double r1, double r2, double d) {
   const double seam = (d * d + r1 * r1 - r2 * r2) / (2.0 * d);  // from the centre of ball 1
@@ -39,9 +42,9 @@ double midpoint_offset(double r1, double r2, double d) {
 }
 
 struct Sums {
-  double x2 = 0.0, z2 = 0.0, angle2 = 0.0;     // squared errors
-  double zx2 = 0.0, zz2 = 0.0, za2 = 0.0;      // squared errors over sigma
-  double mass_x2 = 0.0, mass_z2 = 0.0;         // over sigma, against the centre of mass
+  double x2 = 0.0, z2 = 0.0, angle2 = 0.0;  // squared errors
+  double zx2 = 0.0, zz2 = 0.0, za2 = 0.0;   // squared errors over sigma
+  double mass_x2 = 0.0, mass_z2 = 0.0;      // over sigma, against the centre of mass
   double worst = 0.0;
   double count = 0.0;
 };
@@ -50,20 +53,50 @@ struct Sums {
 
 int main(int argc, char** argv) {
   const std::filesystem::path file =
-      argc > 1 ? argv[1] : std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/micro/experiment.toml";
+      argc > 1 ? argv[1]
+               : std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/micro/experiment.toml";
   const std::filesystem::path out = argc > 2 ? argv[2] : "tracking_micro.csv";
   const datasets::Experiment experiment = datasets::load_experiment(file);
-  datasets::Table table({"replicate", "frames", "completeness", "identity_switches", "rmse_x_mm", "rmse_z_mm",
-                         "worst_mm", "rmse_angle_deg", "z_sd_x", "z_sd_z", "z_sd_angle", "z_sd_x_centre_of_mass",
-                         "z_sd_z_centre_of_mass", "event_error_ms", "event_sigma_ms", "calibration_rms_mm",
-                         "scale_px_per_mm", "radius_mm", "separation_mm", "frames_per_second", "grade"});
-  fmt::print("{:10} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>20} {:>13} {:>9} {:>6}\n", "replicate", "seen %", "switches",
-             "x mm", "z mm", "worst", "deg", "z-score sd x z angle", "(mass centre)", "event ms", "fps");
+  datasets::Table table({"replicate",
+                         "frames",
+                         "completeness",
+                         "identity_switches",
+                         "rmse_x_mm",
+                         "rmse_z_mm",
+                         "worst_mm",
+                         "rmse_angle_deg",
+                         "z_sd_x",
+                         "z_sd_z",
+                         "z_sd_angle",
+                         "z_sd_x_centre_of_mass",
+                         "z_sd_z_centre_of_mass",
+                         "event_error_ms",
+                         "event_sigma_ms",
+                         "calibration_rms_mm",
+                         "scale_px_per_mm",
+                         "radius_mm",
+                         "separation_mm",
+                         "frames_per_second",
+                         "grade"});
+  fmt::print("{:10} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>20} {:>13} {:>9} {:>6}\n",
+             "replicate",
+             "seen %",
+             "switches",
+             "x mm",
+             "z mm",
+             "worst",
+             "deg",
+             "z-score sd x z angle",
+             "(mass centre)",
+             "event ms",
+             "fps");
   for (const datasets::Replicate& replicate : experiment.replicates) {
     const auto [tracks, summary] = tracking::track_video(experiment, replicate);
     const std::filesystem::path folder = replicate.video.parent_path() / "truth";
-    const datasets::Table placement = datasets::read_csv(folder / (replicate.name + "_placement.csv"));
-    const datasets::Table truth_table = datasets::read_csv(folder / (replicate.name + "_tracks.csv"));
+    const datasets::Table placement =
+        datasets::read_csv(folder / (replicate.name + "_placement.csv"));
+    const datasets::Table truth_table =
+        datasets::read_csv(folder / (replicate.name + "_tracks.csv"));
     const auto particles = static_cast<std::size_t>(tracks.particles);
     std::vector<datasets::Pose> truth(tracks.poses.size());
     double event_truth = 0.0;
@@ -71,7 +104,8 @@ int main(int argc, char** argv) {
       const auto frame = static_cast<std::size_t>(truth_table.integer(row, "frame"));
       const auto particle = static_cast<std::size_t>(truth_table.integer(row, "particle")) - 1;
       if (frame >= tracks.frames()) continue;
-      truth[tracks.index(frame, particle)] = {truth_table.number(row, "x_m"), truth_table.number(row, "z_m"),
+      truth[tracks.index(frame, particle)] = {truth_table.number(row, "x_m"),
+                                              truth_table.number(row, "z_m"),
                                               truth_table.number(row, "angle_rad")};
     }
     event_truth = 0.2;  // s of film, README of the data set: frame 10 of 50 a second
@@ -98,7 +132,8 @@ int main(int argc, char** argv) {
     }
     Sums total;
     for (std::size_t p = 0; p < particles; ++p) {
-      const double offset = midpoint_offset(placement.number(p, "radius_1_m"), placement.number(p, "radius_2_m"),
+      const double offset = midpoint_offset(placement.number(p, "radius_1_m"),
+                                            placement.number(p, "radius_2_m"),
                                             placement.number(p, "centre_distance_m"));
       Sums best;
       double least = 1.0e9;
@@ -140,21 +175,44 @@ int main(int argc, char** argv) {
     }
     const auto root_mean = [&](double sum) { return std::sqrt(sum / total.count); };
     const double event_error_ms = 1.0e3 * (summary.event_time_s - event_truth);
-    fmt::print("{:10} {:7.2f} {:8} {:8.3f} {:8.3f} {:8.2f} {:8.3f} {:>20} {:>13} {:9.2f} {:6.0f}\n", replicate.name,
-               100.0 * summary.completeness, switches, 1.0e3 * root_mean(total.x2), 1.0e3 * root_mean(total.z2),
-               1.0e3 * total.worst, root_mean(total.angle2) / degree,
-               fmt::format("{:.2f} {:.2f} {:.2f}", root_mean(total.zx2), root_mean(total.zz2), root_mean(total.za2)),
-               fmt::format("{:.2f} {:.2f}", root_mean(total.mass_x2), root_mean(total.mass_z2)), event_error_ms,
+    fmt::print("{:10} {:7.2f} {:8} {:8.3f} {:8.3f} {:8.2f} {:8.3f} {:>20} {:>13} {:9.2f} {:6.0f}\n",
+               replicate.name,
+               100.0 * summary.completeness,
+               switches,
+               1.0e3 * root_mean(total.x2),
+               1.0e3 * root_mean(total.z2),
+               1.0e3 * total.worst,
+               root_mean(total.angle2) / degree,
+               fmt::format("{:.2f} {:.2f} {:.2f}",
+                           root_mean(total.zx2),
+                           root_mean(total.zz2),
+                           root_mean(total.za2)),
+               fmt::format("{:.2f} {:.2f}", root_mean(total.mass_x2), root_mean(total.mass_z2)),
+               event_error_ms,
                summary.frames_per_second);
     for (const std::string& warning : summary.warnings) fmt::print("  {}\n", warning);
     const auto text = [](double value) { return datasets::number_text(value); };
-    table.add({replicate.name, std::to_string(summary.frames_read), text(summary.completeness), std::to_string(switches),
-               text(1.0e3 * root_mean(total.x2)), text(1.0e3 * root_mean(total.z2)), text(1.0e3 * total.worst),
-               text(root_mean(total.angle2) / degree), text(root_mean(total.zx2)), text(root_mean(total.zz2)),
-               text(root_mean(total.za2)), text(root_mean(total.mass_x2)), text(root_mean(total.mass_z2)),
-               text(event_error_ms), text(1.0e3 * summary.event_uncertainty_s), text(summary.calibration_rms_mm),
-               text(summary.scale_px_per_mm), text(summary.radius_learned_mm), text(summary.separation_learned_mm),
-               text(summary.frames_per_second), tracking::to_string(summary.grade)});
+    table.add({replicate.name,
+               std::to_string(summary.frames_read),
+               text(summary.completeness),
+               std::to_string(switches),
+               text(1.0e3 * root_mean(total.x2)),
+               text(1.0e3 * root_mean(total.z2)),
+               text(1.0e3 * total.worst),
+               text(root_mean(total.angle2) / degree),
+               text(root_mean(total.zx2)),
+               text(root_mean(total.zz2)),
+               text(root_mean(total.za2)),
+               text(root_mean(total.mass_x2)),
+               text(root_mean(total.mass_z2)),
+               text(event_error_ms),
+               text(1.0e3 * summary.event_uncertainty_s),
+               text(summary.calibration_rms_mm),
+               text(summary.scale_px_per_mm),
+               text(summary.radius_learned_mm),
+               text(summary.separation_learned_mm),
+               text(summary.frames_per_second),
+               tracking::to_string(summary.grade)});
   }
   datasets::write_csv(out, table);
   fmt::print("written to {}\n", out.string());

@@ -23,7 +23,8 @@ double least_total(const Eigen::MatrixXd& cost) {
   double least = 1.0e300;
   do {
     double sum = 0.0;
-    for (Eigen::Index row = 0; row < cost.rows(); ++row) sum += cost(row, order[static_cast<std::size_t>(row)]);
+    for (Eigen::Index row = 0; row < cost.rows(); ++row)
+      sum += cost(row, order[static_cast<std::size_t>(row)]);
     least = std::min(least, sum);
   } while (std::next_permutation(order.begin(), order.end()));
   return least;

@@ -16,8 +16,15 @@ namespace {
 double unit() { return *rc::gen::inRange(-1000, 1001) / 1000.0; }
 
 RC_GTEST_PROP(Camera, UnprojectingUndoesProjecting, ()) {
-  const Camera camera = make_camera(720, 576, 0.02 * unit(), 0.02 * unit(), 1.5 + 0.8 * unit(), 1000.0 + 300.0 * unit(),
-                                    0.3 * unit(), 0.05 * unit(), 1.0 + 0.1 * unit());
+  const Camera camera = make_camera(720,
+                                    576,
+                                    0.02 * unit(),
+                                    0.02 * unit(),
+                                    1.5 + 0.8 * unit(),
+                                    1000.0 + 300.0 * unit(),
+                                    0.3 * unit(),
+                                    0.05 * unit(),
+                                    1.0 + 0.1 * unit());
   const double x = 0.25 * unit(), z = 0.2 * unit();
   const Eigen::Vector2d back = camera.unproject(camera.project(x, z));
   RC_ASSERT(std::hypot(back.x() - x, back.y() - z) < 1.0e-8);
@@ -30,7 +37,8 @@ TEST(Camera, LooksWithXToTheRightAndZUp) {
   EXPECT_LT(camera.project(0.0, 0.1).y(), origin.y() - 50.0);
 }
 
-// A pinhole sees a sphere off the axis as an ellipse whose centre lies further out than the sphere's.
+// A pinhole sees a sphere off the axis as an ellipse whose centre lies further out than the
+// sphere's.
 TEST(SphereOutline, IsTheTangentCone) {
   const Camera camera = make_camera(720, 576, 0.0, 0.0, 0.6, 1080.0, 0.0, 0.0);
   std::vector<Eigen::Vector2d> outline(180);
@@ -55,7 +63,8 @@ Layout see(const Camera& camera, int count, double noise_px) {
   std::mt19937 generator(3);
   std::normal_distribution<double> noise(0.0, noise_px);
   for (int i = 0; i < count; ++i) {
-    const datasets::Fiducial dot{i % 2 == 0 ? -0.29 : 0.28, 0.22 - 0.44 * (i / 2) / ((count - 1) / 2), 0.014};
+    const datasets::Fiducial dot{
+        i % 2 == 0 ? -0.29 : 0.28, 0.22 - 0.44 * (i / 2) / ((count - 1) / 2), 0.014};
     layout.fiducials.push_back(dot);
     layout.sightings.push_back({i,
                                 disc_centroid(camera, dot.x, dot.z, dot.diameter) +

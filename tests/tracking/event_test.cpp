@@ -10,7 +10,8 @@
 namespace graintruth::tracking {
 namespace {
 
-HeightRecord sinking(double onset, double speed, double noise, int frames, double rate, unsigned seed) {
+HeightRecord sinking(
+    double onset, double speed, double noise, int frames, double rate, unsigned seed) {
   HeightRecord record;
   std::mt19937 generator(seed);
   std::normal_distribution<double> error(0.0, noise);
@@ -24,7 +25,8 @@ HeightRecord sinking(double onset, double speed, double noise, int frames, doubl
 
 RC_GTEST_PROP(Onset, IsFoundToAFractionOfAFrame, ()) {
   const double onset = *rc::gen::inRange(100, 800) / 1000.0;
-  const HeightRecord record = sinking(onset, -0.046, 5.0e-5, 120, 50.0, *rc::gen::inRange(1U, 1000U));
+  const HeightRecord record =
+      sinking(onset, -0.046, 5.0e-5, 120, 50.0, *rc::gen::inRange(1U, 1000U));
   const auto event = fit_onset(record, -0.046);
   RC_ASSERT(event.has_value());
   RC_ASSERT(std::abs(event->time - onset) < 0.004);
@@ -33,7 +35,8 @@ RC_GTEST_PROP(Onset, IsFoundToAFractionOfAFrame, ()) {
 
 TEST(Onset, SurvivesMissingAndWildHeights) {
   HeightRecord record = sinking(0.31, -0.046, 3.0e-5, 100, 50.0, 4);
-  for (std::size_t k = 5; k < 100; k += 9) record.height[k] = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t k = 5; k < 100; k += 9)
+    record.height[k] = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 7; k < 100; k += 17) record.height[k] += 0.01;
   const auto event = fit_onset(record, -0.046);
   ASSERT_TRUE(event);

@@ -25,14 +25,18 @@ SyntheticScene make_scene() {
   datasets::Experiment& experiment = scene.experiment;
   experiment.file = "drawn.toml";
   experiment.particle = {4, {{-0.0139, 0.0222}, {0.0139, 0.0222}}, 0.14};
-  experiment.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2}, {"right", 0.085, -0.12, 0.085, 0.2}};
+  experiment.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2},
+                          {"right", 0.085, -0.12, 0.085, 0.2}};
   experiment.rig.piston = datasets::Piston{-0.03, -0.085, 0.085, speed};
   experiment.camera.frame_rate = frame_rate;
   for (const double x : {-0.2, 0.2})
-    for (const double z : {-0.1, -0.02, 0.07, 0.15}) experiment.camera.fiducials.push_back({x, z, 0.014});
-  experiment.starts = {{-0.045, -0.0076, 0.02}, {0.043, -0.0074, 3.1}, {-0.03, 0.05, 1.1}, {0.04, 0.055, 2.3}};
+    for (const double z : {-0.1, -0.02, 0.07, 0.15})
+      experiment.camera.fiducials.push_back({x, z, 0.014});
+  experiment.starts = {
+      {-0.045, -0.0076, 0.02}, {0.043, -0.0074, 3.1}, {-0.03, 0.05, 1.1}, {0.04, 0.055, 2.3}};
   scene.camera = make_camera(448, 336, 0.004, 0.02, 1.5, 950.0, -0.2, 0.01);
-  scene.paints = {{0.1F, 0.1F, 0.7F}, {0.1F, 0.65F, 0.8F}, {0.6F, 0.2F, 0.15F}, {0.06F, 0.06F, 0.06F}};
+  scene.paints = {
+      {0.1F, 0.1F, 0.7F}, {0.1F, 0.65F, 0.8F}, {0.6F, 0.2F, 0.15F}, {0.06F, 0.06F, 0.06F}};
   return scene;
 }
 
@@ -56,13 +60,15 @@ std::vector<BodyPose> poses_at(const SyntheticScene& scene, int frame) {
 std::vector<cv::Mat> draw(const SyntheticScene& scene, int count = frames) {
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < count; ++k)
-    pictures.push_back(draw_frame(scene, poses_at(scene, k), scene.experiment.rig.piston->face_z + sunk(k), k));
+    pictures.push_back(
+        draw_frame(scene, poses_at(scene, k), scene.experiment.rig.piston->face_z + sunk(k), k));
   return pictures;
 }
 
 std::filesystem::path temporary(const std::string& name) {
   return std::filesystem::temp_directory_path() /
-         ("graintruth_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + name);
+         ("graintruth_" +
+          std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + name);
 }
 
 TrackedFilm track(const datasets::Experiment& experiment, const std::vector<cv::Mat>& pictures) {
@@ -99,12 +105,15 @@ Errors errors_of(const SyntheticScene& scene, const datasets::Trajectories& trac
       if (!std::isfinite(tracks.poses[i].x)) continue;
       const double x = tracks.poses[i].x - truth[body].x, z = tracks.poses[i].z - truth[body].z;
       errors.position_px += x * x + z * z;
-      errors.normalised += std::pow(x / tracks.sigmas[i].x, 2) + std::pow(z / tracks.sigmas[i].z, 2);
-      errors.angle += std::pow(std::remainder(tracks.poses[i].angle - truth[body].angle, std::numbers::pi), 2);
+      errors.normalised +=
+          std::pow(x / tracks.sigmas[i].x, 2) + std::pow(z / tracks.sigmas[i].z, 2);
+      errors.angle +=
+          std::pow(std::remainder(tracks.poses[i].angle - truth[body].angle, std::numbers::pi), 2);
       ++errors.seen;
     }
   }
-  errors.position_px = std::sqrt(errors.position_px / (2.0 * errors.seen)) * scene.camera.scale(0.0, 0.0);
+  errors.position_px =
+      std::sqrt(errors.position_px / (2.0 * errors.seen)) * scene.camera.scale(0.0, 0.0);
   errors.normalised = std::sqrt(errors.normalised / (2.0 * errors.seen));
   errors.angle = std::sqrt(errors.angle / errors.seen);
   return errors;
@@ -133,7 +142,8 @@ TEST(TrackVideo, FindsEveryBodyToAFractionOfAPixel) {
   const Errors errors = errors_of(scene, tracks);
   EXPECT_LT(errors.position_px, 0.15);
   EXPECT_LT(errors.angle, 0.5 * std::numbers::pi / 180.0);
-  // Twenty independent errors at most (they change slowly): the bounds are wider than for a long film
+  // Twenty independent errors at most (they change slowly): the bounds are wider than for a long
+  // film
   EXPECT_GT(errors.normalised, 0.3);
   EXPECT_LT(errors.normalised, 2.0);
   EXPECT_NEAR(summary.event_time_s, onset, 0.005);
@@ -261,7 +271,8 @@ TEST(TrackVideo, TellsWhenTheNotedEventIsAnother) {
 
 TEST(TrackVideo, RefusesAFilmThatShowsNoStart) {
   const SyntheticScene scene = make_scene();
-  EXPECT_NE(refusal(scene.experiment, std::vector<cv::Mat>(film().begin(), film().begin() + 10)).find("start of motion"),
+  EXPECT_NE(refusal(scene.experiment, std::vector<cv::Mat>(film().begin(), film().begin() + 10))
+                .find("start of motion"),
             std::string::npos);
 }
 
@@ -274,7 +285,8 @@ TEST(TrackVideo, DrawsWhatItFound) {
   options.annotated_first = temporary("first.jpg");
   options.annotated_last = temporary("last.jpg");
   track_video(scene.experiment, {"drawn", file, {}}, options);
-  for (const auto& product : {options.overlay_file, options.annotated_first, options.annotated_last}) {
+  for (const auto& product :
+       {options.overlay_file, options.annotated_first, options.annotated_last}) {
     EXPECT_TRUE(std::filesystem::exists(product)) << product;
     std::filesystem::remove(product);
   }

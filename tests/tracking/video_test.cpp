@@ -16,7 +16,8 @@ class Film : public testing::Test {
  protected:
   void SetUp() override {
     folder_ = std::filesystem::temp_directory_path() /
-              ("graintruth_video_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+              ("graintruth_video_" +
+               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -80,7 +81,8 @@ TEST_F(Film, ThatIsCutOffIsRefused) {
   std::ifstream in(file, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   const std::filesystem::path cut = folder_ / "cut.avi";
-  std::ofstream(cut, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size() / 2));
+  std::ofstream(cut, std::ios::binary)
+      .write(bytes.data(), static_cast<std::streamsize>(bytes.size() / 2));
   EXPECT_NE(complaint(cut).find("cut.avi"), std::string::npos);
 }
 

@@ -1,0 +1,288 @@
+// graintruth check: what a calibration of this experiment will do, what stands in its way, and how
+// long it may take. Tracks nothing and calibrates nothing.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <thread>
+
+#include "app/commands.h"
+#include "app/first_frame.h"
+#include "calibrate/calibration.h"
+#include "calibrate/dem_simulator.h"
+#include "datasets/input_error.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::app {
+
+namespace {
+
+using datasets::Experiment;
+
+// Sentences, gathered: what makes the calibration impossible, and what makes it doubtful.
+struct Findings {
+  std::vector<std::string> missing;
+  std::vector<std::string> doubtful;
+};
+
+constexpr double trial_time_limit = 30.0;    // s for the one simulation that is timed
+constexpr int usual_replicates = 5;          // the thesis's number; t falls slowly from there on
+constexpr double blurred_residual = 0.5e-3;  // m; ten times what well placed dots leave
+
+double last_time(const Experiment& experiment) {
+  return experiment.measurement.frame_interval * (experiment.measurement.frames - 1);
+}
+
+void print_what(const Experiment& experiment) {
+  const datasets::Particle& particle = experiment.particle;
+  fmt::print("{}\n", experiment.title);
+  fmt::print("particles   {} of {} ball(s), {:.4g} g each\n",
+             particle.count,
+             particle.spheres.size(),
+             1e3 * particle.mass);
+  fmt::print("rig         {} walls{}, panes {:.4g} mm apart\n",
+             experiment.rig.walls.size(),
+             experiment.rig.piston
+                 ? fmt::format(", a piston at {:.4g} mm/s", 1e3 * experiment.rig.piston->velocity_z)
+                 : std::string(),
+             1e3 * experiment.rig.front_back_gap);
+  fmt::print("compared    {} replicates at {} moments, 0 to {:.4g} s from the start event\n",
+             experiment.replicates.size(),
+             experiment.measurement.frames,
+             last_time(experiment));
+  const calibrate::ParameterSet bench = calibrate::bench_parameters(experiment);
+  for (const std::string_view name : calibrate::parameter_names) {
+    const auto tuned = std::find_if(experiment.tuned.begin(),
+                                    experiment.tuned.end(),
+                                    [&](const auto& each) { return each.name == name; });
+    const std::string what =
+        tuned == experiment.tuned.end()
+            ? std::string("held at its bench value")
+            : fmt::format("tuned from {:.4g} to {:.4g}, bench value", tuned->lower, tuned->upper);
+    fmt::print("{:<28} {} {:.4g}\n", name, what, value_of(bench, name));
+  }
+}
+
+void check_experiment(const Experiment& experiment, Findings& findings) {
+  const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  const auto count = static_cast<int>(experiment.replicates.size());
+  if (count < usual_replicates) {
+    doubt(fmt::format(
+        "{} replicates make wide intervals; {} or more are usual.", count, usual_replicates));
+  }
+  if (experiment.tuned.empty()) doubt("Nothing is to be tuned; 'graintruth validate' is enough.");
+  const calibrate::ParameterSet bench = calibrate::bench_parameters(experiment);
+  for (const datasets::TunedParameter& tuned : experiment.tuned) {
+    const double value = value_of(bench, tuned.name);
+    if (value < tuned.lower || value > tuned.upper) {
+      doubt(fmt::format("The bench value {:.4g} of {} lies outside the bounds of its search.",
+                        value,
+                        tuned.name));
+    }
+  }
+  double radius = 0.0;
+  double volume = 0.0;  // at most: balls of a particle may overlap
+  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+    radius = std::max(radius, sphere.radius);
+    volume += 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3);
+  }
+  if (experiment.rig.front_back_gap < 2.0 * radius)
+    doubt("The panes are closer together than a ball is thick.");
+  if (experiment.rig.front_back_gap > 3.0 * radius)
+    doubt("The panes leave room for particles to pass behind each other; one layer is simulated.");
+  const double density = experiment.particle.mass / volume;
+  if (density < 100.0 || density > 20000.0) {
+    doubt(fmt::format("The mass makes a density of at least {:.3g} kg/m3: look at mass and radii.",
+                      density));
+  }
+}
+
+void check_film(const Experiment& experiment,
+                const datasets::Replicate& replicate,
+                const std::filesystem::path& picture,
+                Findings& findings) {
+  FirstFrame frame;
+  try {
+    frame = look_at_first_frame(experiment, replicate, picture);
+  } catch (const datasets::InputError& error) {
+    findings.missing.emplace_back(error.what());
+    return;
+  }
+  const std::string& film = replicate.video.string();
+  const double length = frame.declared_frames / experiment.camera.frame_rate;
+  fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} fiducials found",
+             replicate.name,
+             frame.width,
+             frame.height,
+             frame.declared_frames,
+             length,
+             frame.fiducials_found,
+             experiment.camera.fiducials.size());
+  if (frame.residual) {
+    fmt::print(", {:.3f} mm rms, {:.3f} px/mm", 1e3 * *frame.residual, 1e-3 * *frame.scale);
+  }
+  fmt::print("\n            {}\n", picture.string());
+
+  if (!frame.residual) {
+    findings.missing.push_back(
+        fmt::format("{}: only {} of {} fiducials were found in the first frame, at least 4 are "
+                    "needed; the picture shows the dark dots that were seen.",
+                    film,
+                    frame.fiducials_found,
+                    experiment.camera.fiducials.size()));
+  } else if (*frame.residual > blurred_residual) {
+    findings.doubtful.push_back(
+        fmt::format("{}: the fiducials lie {:.2f} mm (rms) off their places; measure them again.",
+                    film,
+                    1e3 * *frame.residual));
+  }
+  if (frame.declared_frames > 0 && length < last_time(experiment)) {
+    findings.missing.push_back(fmt::format(
+        "{}: the film lasts {:.2f} s, but the comparison needs {:.2f} s after the start event; "
+        "lower measure.frames or film for longer.",
+        film,
+        length,
+        last_time(experiment)));
+  }
+  const double declared = frame.declared_frame_rate;
+  if (declared > 0.0 && std::abs(declared / experiment.camera.frame_rate - 1.0) > 0.01) {
+    findings.doubtful.push_back(
+        fmt::format("{}: the film's header says {:.4g} frames/s, the experiment file {:.4g}; the "
+                    "experiment file is believed.",
+                    film,
+                    declared,
+                    experiment.camera.frame_rate));
+  }
+}
+
+// Where the particles start: as the file says, else as the tracks show.
+std::optional<calibrate::StartPoses> starts_of(const Experiment& experiment,
+                                               const std::vector<datasets::Trajectories>& tracks) {
+  if (tracks.size() == experiment.replicates.size()) return calibrate::measure_starts(tracks);
+  if (experiment.starts.empty()) return std::nullopt;
+  calibrate::StartPoses starts{.standard_deviation = {0.0, 0.0, 0.0}};
+  for (const datasets::StartPlace& start : experiment.starts)
+    starts.mean.push_back({start.x, start.z, start.angle});
+  return starts;
+}
+
+// Simulations that a calibration asks for at most, in its numbered steps, and what they cost in
+// units of one simulation at the largest time step.
+struct Work {
+  int simulations = 0;
+  double cost = 0.0;
+};
+
+Work work_of(const Experiment& experiment, int budget) {
+  const calibrate::CalibrationOptions options;
+  const int places = 2 * options.search_seeds;
+  const int time_step = 3 * places;                       // at 1, 1/2 and 1/4 of the time step
+  const int choice = 2 * 2 * options.confirmation_seeds;  // two candidates
+  const int friction = 4 * options.confirmation_seeds;    // the thesis's frictions
+  const bool searches = !experiment.tuned.empty();
+  const int rest = (searches ? budget * options.search_seeds + choice : 0) +
+                   options.confirmation_seeds + friction;
+  return {time_step + rest, places * (1.0 + 2.0 + 4.0) + rest};
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 90.0) return fmt::format("{:.0f} s", std::max(1.0, seconds));
+  if (seconds < 5400.0) return fmt::format("{:.0f} min", seconds / 60.0);
+  return fmt::format("{:.1f} h", seconds / 3600.0);
+}
+
+// Times one simulation in the middle of the bounds, and multiplies.
+void estimate(const CheckCommand& command,
+              const Experiment& experiment,
+              const std::optional<calibrate::StartPoses>& starts,
+              Findings& findings) {
+  const Work work = work_of(experiment, command.budget);
+  fmt::print("to come     about {} simulations for a budget of {} evaluations",
+             work.simulations,
+             command.budget);
+  if (!starts) {
+    fmt::print("; their time is not known before the films are tracked (no [[start]] is given)\n");
+    return;
+  }
+  const calibrate::ParameterSpace space(experiment.tuned, calibrate::bench_parameters(experiment));
+  const calibrate::SimulatedRun run =
+      calibrate::make_dem_simulator(experiment, *starts, {.time_limit = trial_time_limit})(
+          {space.from_unit(std::vector<double>(space.dimension(), 0.5)),
+           calibrate::largest_time_step_fraction(experiment),
+           command.common.seed});
+  if (run.status != calibrate::RunStatus::completed) {
+    fmt::print("\n");
+    findings.doubtful.push_back(
+        fmt::format("A trial simulation did not complete ({}); look at walls and starting places.",
+                    run.message));
+    return;
+  }
+  const int jobs = command.common.jobs > 0
+                       ? command.common.jobs
+                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  fmt::print(
+      "; one took {:.2g} s here at the largest time step, so about {} on {} core(s), up to four "
+      "times that if a smaller step turns out to be needed, besides tracking\n",
+      run.seconds,
+      duration_text(work.cost * run.seconds / jobs),
+      jobs);
+}
+
+}  // namespace
+
+int run_check(const CheckCommand& command) {
+  // 1. The file: throws for what cannot be read
+  const Experiment experiment = datasets::load_experiment(command.experiment);
+  const std::filesystem::path out = command.common.out.empty()
+                                        ? std::filesystem::path("out") / experiment.name
+                                        : command.common.out;
+  Findings findings;
+  print_what(experiment);
+  check_experiment(experiment, findings);
+
+  // 2. Films and tracks
+  std::vector<datasets::Trajectories> tracks;
+  for (const datasets::Replicate& replicate : experiment.replicates) {
+    if (!replicate.video.empty()) {
+      check_film(experiment, replicate, out / "check" / (replicate.name + ".jpg"), findings);
+      continue;
+    }
+    try {
+      tracks.push_back(datasets::read_tracks(replicate.tracks));
+      fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
+                 replicate.name,
+                 tracks.back().particles,
+                 tracks.back().frames(),
+                 tracks.back().time.front(),
+                 tracks.back().time.back());
+    } catch (const datasets::InputError& error) {
+      findings.missing.emplace_back(error.what());
+    }
+  }
+  if (findings.missing.empty() && tracks.size() == experiment.replicates.size()) {
+    try {
+      calibrate::make_problem(experiment, tracks);
+    } catch (const datasets::InputError& error) {
+      findings.missing.emplace_back(error.what());
+    }
+  }
+
+  // 3. What it will cost
+  if (findings.missing.empty())
+    estimate(command, experiment, starts_of(experiment, tracks), findings);
+
+  // 4. Verdict
+  for (const std::string& sentence : findings.doubtful) fmt::print("doubtful: {}\n", sentence);
+  for (const std::string& sentence : findings.missing) fmt::print("missing: {}\n", sentence);
+  if (findings.missing.empty()) {
+    fmt::print("Ready: graintruth calibrate {}\n", command.experiment.string());
+    return 0;
+  }
+  throw datasets::InputError(fmt::format("{}: not ready, {} thing(s) are missing; see the list.",
+                                         command.experiment.string(),
+                                         findings.missing.size()));
+}
+
+}  // namespace graintruth::app

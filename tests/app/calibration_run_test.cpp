@@ -1,0 +1,286 @@
+// Whole calibrations by the built program, on tracks: what they leave behind, that threads change
+// nothing, and that neither kill -9 nor Ctrl-C loses or repeats a simulation.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+#include <tuple>
+
+#include "calibrate/journal.h"
+#include "tests/app/laboratory.h"
+#include "tests/support/run_program.h"
+
+namespace graintruth::tests {
+namespace {
+
+using Json = nlohmann::json;
+
+class CalibrationRun : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_tracks_of_truth(folder_);
+    experiment_ = folder_.write("experiment.toml", track_experiment());
+  }
+
+  std::vector<std::string> calibrate(const std::string& out, int jobs = 2) const {
+    return {"calibrate",
+            experiment_,
+            "--budget",
+            "20",
+            "--out",
+            folder_ / out,
+            "--jobs",
+            std::to_string(jobs),
+            "--quiet"};
+  }
+
+  Json json(const std::string& file) const { return Json::parse(content_of(folder_ / file)); }
+
+  // result.json without what the clock put there.
+  Json timeless_result(const std::string& out) const {
+    Json result = json(out + "/result.json");
+    result.erase("wall_time_s");
+    for (Json& row : result["time_step"]["study"]) row.erase("cpu_seconds");
+    return result;
+  }
+
+  // Everything that identifies a simulation, then what the first to run it wrote: its row number
+  // and the seconds that it took.
+  using Request = std::tuple<std::string, double, double, double, double, std::uint64_t>;
+  using Rows = std::map<Request, std::pair<std::int64_t, double>>;
+  Rows journal(const std::string& out) const {
+    Rows rows;
+    if (!std::filesystem::exists(folder_ / out / "journal.db")) return rows;
+    calibrate::Journal journal(folder_ / out / "journal.db");
+    for (const calibrate::JournalRow& row : journal.rows()) {
+      const auto& [parameters, fraction, seed] = row.request;
+      const bool is_new = rows.emplace(Request(row.problem,
+                                               parameters.friction_particle_particle,
+                                               parameters.friction_particle_wall,
+                                               parameters.restitution,
+                                               fraction,
+                                               seed),
+                                       std::pair(row.id, row.run.seconds))
+                              .second;
+      EXPECT_TRUE(is_new) << "a simulation stands twice in the journal";
+    }
+    return rows;
+  }
+
+  static void expect_kept(const Rows& before, const Rows& after) {
+    for (const auto& [request, row] : before) {
+      const auto found = after.find(request);
+      ASSERT_NE(found, after.end());
+      EXPECT_EQ(found->second, row);
+    }
+  }
+
+  TemporaryFolder folder_;
+  std::string experiment_;
+};
+
+TEST_F(CalibrationRun, LeavesWhatIsPromisedAndIsJudgedByIt) {
+  // 1. The files
+  const ProgramOutcome outcome = run_program(calibrate("run"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  for (const char* file : {"run.json",
+                           "tracking.json",
+                           "measured.json",
+                           "journal.db",
+                           "journal.csv",
+                           "result.json",
+                           "report.html",
+                           "tracks/rep1.csv",
+                           "tracks/rep5.csv",
+                           "tables/agreement.csv",
+                           "tables/evaluations.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "run" / file)) << file;
+  }
+  for (const auto& file : std::filesystem::recursive_directory_iterator(folder_ / "run"))
+    EXPECT_NE(file.path().extension(), ".unfinished") << file.path();
+
+  // 2. The keys of result.json
+  const Json result = json("run/result.json");
+  for (const char* key : {"status",
+                          "message",
+                          "experiment",
+                          "parameters",
+                          "time_step",
+                          "agreement",
+                          "rms_position_m",
+                          "evaluations",
+                          "failed",
+                          "wall_time_s",
+                          "warnings"}) {
+    EXPECT_TRUE(result.contains(key)) << key;
+  }
+  for (const char* name : {"friction_particle_particle", "friction_particle_wall", "restitution"}) {
+    const Json& parameter = result["parameters"][name];
+    EXPECT_TRUE(parameter["value"].is_number() && parameter["unit"] == "-") << name;
+    const std::string status = parameter["status"];
+    EXPECT_TRUE(status == "tuned" || status == "at_bound" || status == "not_identified") << status;
+    EXPECT_EQ(parameter.contains("lower"), status != "not_identified") << name;
+    EXPECT_EQ(parameter.contains("upper"), status != "not_identified") << name;
+  }
+  for (const char* key : {"fraction", "seconds", "discretisation_error"})
+    EXPECT_TRUE(result["time_step"][key].is_number()) << key;
+  for (const char* key : {"percent",
+                          "percent_student_t",
+                          "ceiling_percent",
+                          "leave_one_out_percent",
+                          "single_run_median_percent"}) {
+    EXPECT_TRUE(result["agreement"][key].is_number()) << key;
+  }
+  EXPECT_EQ(result["agreement"]["seeds"], 10);
+  EXPECT_EQ(result["agreement"]["per_particle"].size(), 10u);
+
+  // 3. The report can be made anew, the same to the byte
+  const std::string report = content_of(folder_ / "run/report.html");
+  EXPECT_EQ(run_program({"report", folder_ / "run"}).status, 0);
+  EXPECT_EQ(content_of(folder_ / "run/report.html"), report);
+
+  // 4. Its parameters, judged by a requirement
+  const auto validate = [&](const std::string& required) {
+    return run_program({"validate",
+                        experiment_,
+                        "--parameters",
+                        folder_ / "run/result.json",
+                        "--require-agreement",
+                        required,
+                        "--out",
+                        folder_ / "validation",
+                        "--quiet"});
+  };
+  const ProgramOutcome missed = validate("100");
+  EXPECT_EQ(missed.status, 1);
+  EXPECT_NE(missed.err.find("below the required 100.0 %"), std::string::npos) << missed.err;
+  EXPECT_EQ(validate("0").status, 0);
+  EXPECT_EQ(json("validation/result.json")["parameters"]["restitution"]["status"], "fixed");
+}
+
+TEST_F(CalibrationRun, IsTheSameForAnyNumberOfThreads) {
+  ASSERT_EQ(run_program(calibrate("one", 1)).status, 0);
+  ASSERT_EQ(run_program(calibrate("two", 2)).status, 0);
+  EXPECT_EQ(timeless_result("one"), timeless_result("two"));
+}
+
+TEST_F(CalibrationRun, ContinuesAfterBeingKilledAtAnyMoment) {
+  // 1. How it ends when nobody disturbs it
+  const ProgramOutcome whole = run_program(calibrate("whole"));
+  ASSERT_EQ(whole.status, 0) << whole.err;
+
+  // 2. Killed again and again, after a moment, then left alone
+  Rows rows;
+  for (const double share : {0.02, 0.2, 0.3, 0.15, 0.25}) {
+    RunningProgram program(calibrate("killed"));
+    std::this_thread::sleep_for(std::chrono::duration<double>(share * whole.seconds));
+    program.send(SIGKILL);
+    program.wait();
+    const Rows now = journal("killed");
+    expect_kept(rows, now);
+    rows = now;
+  }
+  EXPECT_GT(rows.size(), 0u);
+  EXPECT_LT(rows.size(), journal("whole").size());
+  const ProgramOutcome last = run_program(calibrate("killed"));
+  ASSERT_EQ(last.status, 0) << last.err;
+
+  // 3. The same end; every committed simulation was read back, none was run again
+  EXPECT_EQ(timeless_result("killed"), timeless_result("whole"));
+  const Rows end = journal("killed");
+  expect_kept(rows, end);
+  EXPECT_EQ(end.size(), journal("whole").size());
+  EXPECT_EQ(json("killed/run.json")["simulations_run"], end.size() - rows.size());
+
+  // 4. Once more on the complete journal: nothing is left to simulate
+  ASSERT_EQ(run_program(calibrate("killed")).status, 0);
+  EXPECT_EQ(json("killed/run.json")["simulations_run"], 0);
+  EXPECT_EQ(timeless_result("killed"), timeless_result("whole"));
+}
+
+TEST_F(CalibrationRun, EndsSoonAfterCtrlCAndResumes) {
+  RunningProgram program(calibrate("run"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  const auto sent = std::chrono::steady_clock::now();
+  program.send(SIGINT);
+  const ProgramOutcome outcome = program.wait();
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - sent;
+  EXPECT_EQ(outcome.status, 130) << outcome.err;
+  EXPECT_LT(taken.count(), 2.0);
+  EXPECT_NE(outcome.err.find("run the same command again to resume"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run/result.json"));
+  const Rows rows = journal("run");
+  EXPECT_GT(rows.size(), 0u);
+
+  const ProgramOutcome resumed = run_program(calibrate("run"));
+  EXPECT_EQ(resumed.status, 0) << resumed.err;
+  expect_kept(rows, journal("run"));
+}
+
+// One evaluation for a program that drives ours, and the journal that it leaves.
+TEST_F(CalibrationRun, EvaluationsAreRecordedAndTheirRecordCanBeLookedAfter) {
+  const auto evaluate = [&](const std::string& friction, const std::string& out) {
+    const auto parameters =
+        folder_.write("trial.toml", "friction_particle_particle = " + friction + "\n");
+    return run_program({"evaluate",
+                        experiment_,
+                        "--parameters",
+                        parameters,
+                        "--out",
+                        folder_ / out,
+                        "--json",
+                        "--quiet"});
+  };
+  const auto journal_verb = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "journal");
+    const ProgramOutcome outcome = run_program(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.out;
+  };
+  const std::string run = folder_ / "run";
+
+  // 1. The same bits again, from the journal; another friction gives another number
+  const ProgramOutcome first = evaluate("0.12", "run");
+  ASSERT_EQ(first.status, 0) << first.err;
+  const Json answer = Json::parse(first.out);
+  EXPECT_EQ(answer["parameters"]["friction_particle_particle"], 0.12);
+  EXPECT_EQ(answer["parameters"]["restitution"], 0.83);
+  EXPECT_EQ(answer["simulations"], 8);
+  EXPECT_EQ(answer["failed"], 0);
+  for (const char* key :
+       {"objective", "agreement_percent", "agreement_percent_student_t", "rms_position_m"}) {
+    EXPECT_TRUE(answer[key].is_number()) << key;
+  }
+  EXPECT_EQ(evaluate("0.12", "run").out, first.out);
+  EXPECT_EQ(journal("run").size(), 8u);
+  EXPECT_GT(Json::parse(evaluate("0.5", "other").out)["objective"], answer["objective"]);
+
+  // 2. List, show, export
+  EXPECT_NE(journal_verb({"list", run}).find("evaluation"), std::string::npos);
+  EXPECT_NE(journal_verb({"show", run, "3"}).find("friction_particle_particle   0.12"),
+            std::string::npos);
+  const std::string table = journal_verb({"export", run, "--out", "-"});
+  EXPECT_TRUE(table.starts_with("problem,stage,friction_particle_particle,")) << table;
+  journal_verb({"export", run});
+  EXPECT_EQ(content_of(folder_ / "run/journal.csv"), table);
+
+  // 3. Merge and drop
+  EXPECT_TRUE(journal_verb({"merge", run, folder_ / "other"}).starts_with("8 simulations added"));
+  EXPECT_TRUE(journal_verb({"merge", run, folder_ / "other"}).starts_with("0 simulations added"));
+  EXPECT_EQ(journal("run").size(), 16u);
+  EXPECT_TRUE(journal_verb({"drop", run, "--failed"}).starts_with("0 simulations dropped, 16"));
+  EXPECT_TRUE(journal_verb({"drop", run, "--id", "2", "5"}).starts_with("2 simulations dropped"));
+  EXPECT_EQ(evaluate("0.12", "run").out, first.out);  // what was dropped is run anew
+  EXPECT_EQ(journal("run").size(), 16u);
+  const std::string problem = std::get<0>(journal("run").begin()->first);
+  EXPECT_TRUE(
+      journal_verb({"drop", run, "--problem", problem}).starts_with("16 simulations dropped, 0"));
+  EXPECT_EQ(run_program({"journal", "show", run, "3"}).status, 2);
+}
+
+}  // namespace
+}  // namespace graintruth::tests

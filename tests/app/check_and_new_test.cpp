@@ -1,0 +1,69 @@
+// check and new: what a user does before the first calibration.
+#include "tests/app/bad_input.h"
+
+namespace graintruth::tests {
+namespace {
+
+using CheckAndNew = BadInput;
+
+// The template belongs to the bundled rig, so the bundled films fit it.
+TEST_F(CheckAndNew, TheTemplateIsReadyOnceItsFilmsAreThere) {
+  const auto rig = folder_ / "rig";
+  const ProgramOutcome made = run_program({"new", "micro", rig});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string experiment = rig / "experiment.toml";
+  EXPECT_EQ(run_program({"check", experiment, "--out", out()}).status, 2);  // no films yet
+  for (int n = 1; n <= 5; ++n) {
+    const std::string number = std::to_string(n);
+    std::filesystem::create_symlink(bundled_micro() / ("rep" + number + ".mp4"),
+                                    rig / ("film" + number + ".mp4"));
+  }
+  const ProgramOutcome check = run_program({"check", experiment, "--out", out()});
+  EXPECT_EQ(check.status, 0) << check.err;
+  for (const char* part :
+       {"10 of 2 ball(s)", "8 of 8 fiducials found", "778 simulations", "Ready: "}) {
+    EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
+  }
+  EXPECT_FALSE(contains(check.out, "doubtful")) << check.out;
+  for (int n = 1; n <= 5; ++n) {
+    const auto picture = folder_ / ("out/run/check/film" + std::to_string(n) + ".jpg");
+    EXPECT_GT(std::filesystem::file_size(picture), 10000u);
+  }
+}
+
+TEST_F(CheckAndNew, NewOverwritesNothing) {
+  const auto rig = folder_ / "rig";
+  std::filesystem::create_directories(rig);
+  folder_.write("rig/experiment.toml", "mine");
+  expect_refusal(run_program({"new", "micro", rig}), {"rig/experiment.toml", "not overwritten"});
+  EXPECT_EQ(content_of(rig / "experiment.toml"), "mine");
+}
+
+TEST_F(CheckAndNew, CheckNamesEverythingThatIsMissing) {
+  const std::string garbage(5000, 'x');
+  std::string text = with(with_film(garbage), "[-290, 220]", "[-250, 180]");
+  text = with(text, "frames = 25", "frames = 250");
+  const ProgramOutcome check =
+      run_program({"check", folder_.write("experiment.toml", text), "--out", out()});
+  EXPECT_EQ(check.status, 2);
+  EXPECT_TRUE(contains(check.out, "bad.mp4: cannot be opened as a film")) << check.out;
+  EXPECT_TRUE(contains(check.out, "rep1.mp4: the film lasts 5.22 s")) << check.out;
+  EXPECT_TRUE(contains(check.out, "13 of 14 fiducials found")) << check.out;
+  EXPECT_TRUE(contains(check.err, "experiment.toml: not ready, 5 thing(s)")) << check.err;
+}
+
+TEST_F(CheckAndNew, CheckDoubtsWhatIsUnusual) {
+  write_tracks_of_truth(folder_);
+  std::string text = with(track_experiment(), "mass_g = 142", "mass_kg = 142");
+  text = with(text, "front_back_gap_mm = 46", "front_back_gap_mm = 40");
+  text = with(text, "{lower = 0.0, upper = 0.6}", "{lower = 0.0, upper = 0.3}");
+  text = with(text, "[[replicate]]\ntracks = \"rep5.csv\"\n", "");
+  const ProgramOutcome check =
+      run_program({"check", folder_.write("experiment.toml", text), "--out", out()});
+  EXPECT_EQ(check.status, 0) << check.err;
+  for (const char* part : {"density", "closer together", "0.36 of friction", "4 replicates"})
+    EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
+}
+
+}  // namespace
+}  // namespace graintruth::tests
