@@ -101,6 +101,13 @@ double TomlSection::quantity(std::string_view stem, Units units, const Range& ra
       fail(name, fmt::format("has no unit that fits; write {}", spellings(stem, units)));
     }
   }
+  for (const auto& [key, node] : *table_) {
+    for (const Unit& unit : units) {
+      const std::string wanted = with_unit(stem, unit);
+      if (known_.contains(key.str()) || edits(key.str(), wanted) > 2) continue;
+      fail(key.str(), fmt::format("is unknown; did you mean '{}'?", wanted));
+    }
+  }
   fail(with_unit(stem, *units.begin()),
        fmt::format("is missing; write {}", spellings(stem, units)));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
@@ -20,6 +21,24 @@ bool is_seen(const Pose& pose) { return std::isfinite(pose.x) && std::isfinite(p
 Pose between(const Pose& a, const Pose& b, double share) {
   return {
       a.x + share * (b.x - a.x), a.z + share * (b.z - a.z), a.angle + share * (b.angle - a.angle)};
+}
+
+// Makes each track's angle continuous: bodies with equal ends look the same after half a turn, and
+// other programs write their angles within one.
+void unwrap_angles(Trajectories& tracks) {
+  constexpr double pi = std::numbers::pi;
+  for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
+       ++particle) {
+    double last = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
+      double& angle = tracks.poses[tracks.index(frame, particle)].angle;
+      if (!std::isfinite(angle)) continue;
+      // Angles that are continuous already keep their bits.
+      const double turns = std::isfinite(last) ? std::floor((last - angle) / pi + 0.5) : 0.0;
+      if (turns != 0.0) angle += turns * pi;
+      last = angle;
+    }
+  }
 }
 
 }  // namespace
@@ -154,6 +173,7 @@ Trajectories read_tracks(const std::filesystem::path& file) {
                         table.number(row, "sigma_angle_rad")};
     tracks.scores[i] = table.has("score") ? table.number(row, "score") : 1.0;
   }
+  unwrap_angles(tracks);
   return tracks;
 }
 

@@ -168,98 +168,47 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
           .choices = {choice}};
 }
 
-// Where only one friction is identified, its draws have one dimension.
-Figure bootstrap_histogram(const datasets::Table& table, std::string_view name) {
-  FigureChoice choice;
-  choice.traces.push_back({{"type", "histogram"},
-                           {"x", plot_numbers(column(table, name))},
-                           {"name", "draws"},
-                           {"marker", {{"color", "var(--measured-strong)"}}}});
-  return {
-      .id = "search-bootstrap",
-      .caption =
-          "Where the result would have been with other replicates drawn from these: the wider the "
-          "heap, the "
-          "less the films fix the parameter.",
-      .height = 360,
-      .layout = {{"xaxis", axis(parameter_name(name))}, {"yaxis", axis("Draws")}, {"bargap", 0.05}},
-      .menu = "",
-      .choices = {choice}};
-}
-
-Figure bootstrap_figure(const RunData& data, const datasets::Table& table) {
-  // The columns are "draw" and what was identified.
-  if (!table.has("friction_particle_particle") || !table.has("friction_particle_wall"))
-    return bootstrap_histogram(table, table.columns().back());
-  FigureChoice choice;
-  choice.traces.push_back(points(column(table, "friction_particle_particle"),
-                                 column(table, "friction_particle_wall"),
-                                 "draw",
-                                 "var(--measured-strong)",
-                                 "circle",
-                                 6.0));
-  choice.traces.back()["marker"]["opacity"] = 0.45;
-  const Json& particle = at(data.result, {"parameters", "friction_particle_particle"});
-  const Json& wall = at(data.result, {"parameters", "friction_particle_wall"});
-  const auto arm = [](double value, const char* side, const Json& parameter) {
-    return std::abs(number(parameter, {side}) - value);
-  };
-  const double x = number(particle, {"value"});
-  const double y = number(wall, {"value"});
-  Json result = points({x}, {y}, "result and its intervals", "var(--simulated)", "circle", 9.0);
-  const auto error_bar = [&](double value, const Json& parameter) {
-    return Json{{"type", "data"},
-                {"symmetric", false},
-                {"array", plot_numbers({arm(value, "upper", parameter)})},
-                {"arrayminus", plot_numbers({arm(value, "lower", parameter)})},
-                {"thickness", 2}};
-  };
-  result["error_x"] = error_bar(x, particle);
-  result["error_y"] = error_bar(y, wall);
-  choice.traces.push_back(result);
-  return {.id = "search-bootstrap",
-          .caption =
-              "Where the result would have been with other replicates drawn from these: a round "
-              "cloud means two "
-              "frictions that are known apart, a slanted one that they trade off.",
-          .height = 420,
-          .layout = {{"xaxis", axis("Friction, particle to particle")},
-                     {"yaxis", axis("Friction, particle to wall")}},
-          .menu = "",
-          .choices = {choice}};
-}
-
 Figure profile_figure(const datasets::Table& table) {
+  struct Profile {
+    std::vector<double> values;
+    std::vector<double> excesses;  // in units of what is allowed
+  };
   const auto names = text_column(table, "parameter");
   const auto values = column(table, "value");
-  const auto objectives = column(table, "objective");
-  const auto sigmas = column(table, "sigma");
-  std::map<std::string, std::array<std::vector<double>, 3>> profiles;
+  const auto excess = column(table, "excess");
+  const auto allowed = column(table, "allowed_excess");
+  std::map<std::string, Profile> profiles;
+  double lowest = values.empty() ? 0.0 : values.front();
+  double highest = lowest;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    auto& profile = profiles[names[i]];
-    profile[0].push_back(values[i]);
-    profile[1].push_back(objectives[i]);
-    profile[2].push_back(sigmas[i]);
+    profiles[names[i]].values.push_back(values[i]);
+    profiles[names[i]].excesses.push_back(allowed[i] > 0.0 ? excess[i] / allowed[i] : 0.0);
+    lowest = std::fmin(lowest, values[i]);
+    highest = std::fmax(highest, values[i]);
   }
   FigureChoice choice;
   std::size_t colour = 0;
   for (const auto& [name, profile] : profiles) {
-    Json trace = points(profile[0], profile[1], parameter_name(name), stage_colour(++colour));
+    Json trace =
+        points(profile.values, profile.excesses, parameter_name(name), stage_colour(++colour));
     trace["mode"] = "lines+markers";
-    trace["error_y"] = {
-        {"type", "data"}, {"array", plot_numbers(profile[2])}, {"thickness", 1.2}, {"width", 3}};
     choice.traces.push_back(trace);
   }
-  return {
-      .id = "search-profile",
-      .caption =
-          "The objective along one parameter at a time: the narrower the trough against its error "
-          "bars, the "
-          "better the films fix that parameter; a flat profile is one that they do not.",
-      .height = 400,
-      .layout = {{"xaxis", axis("Parameter value (dimensionless)")}, {"yaxis", axis("Objective")}},
-      .menu = "",
-      .choices = {choice}};
+  Json limit = line({lowest, highest}, {1.0, 1.0}, "limit", "var(--ink)", 1.5);
+  limit["line"]["dash"] = "dash";
+  choice.traces.push_back(limit);
+  return {.id = "search-profile",
+          .caption =
+              "How much worse the objective is than the best, one parameter at a time, in units of "
+              "what other "
+              "replicates and seeds could explain. Values below the dashed line cannot be told "
+              "apart from the best: "
+              "they are the 95 % interval.",
+          .height = 400,
+          .layout = {{"xaxis", axis("Parameter value (dimensionless)")},
+                     {"yaxis", axis("Excess of the objective / allowed excess")}},
+          .menu = "",
+          .choices = {choice}};
 }
 
 // Section 4.2.2 of the thesis: root-mean-square numbers of its own normalisation, mm.
@@ -309,24 +258,11 @@ Section search_section(const RunData& data) {
   if (!data.is_calibration()) return section;
 
   section.add_heading("What the intervals rest on");
-  const auto bootstrap = data.table("bootstrap");
   const auto profile = data.table("profile");
-  const double error = number(data.result, {"objective", "surrogate_leave_one_out_error"});
-  if (std::isfinite(error)) {
-    section.add_paragraph(
-        fmt::format("Each draw's minimum is that of a surrogate of the log objective. The "
-                    "surrogate predicts an evaluation that it "
-                    "has not seen to {}, where the evaluations themselves spread by {}.",
-                    significant(error, 2),
-                    significant(number(data.result, {"objective", "surrogate_value_spread"}), 2)));
-  }
-  const bool has_draws = bootstrap && bootstrap->columns().size() > 1;
-  if (has_draws) section.add_figure(bootstrap_figure(data, *bootstrap));
-  if (profile) section.add_figure(profile_figure(*profile));
-  if (!has_draws && !profile) {
-    section.add_absence(
-        "Neither bootstrap draws (tables/bootstrap.csv) nor profiles (tables/profile.csv) were "
-        "recorded in this run.");
+  if (profile) {
+    section.add_figure(profile_figure(*profile));
+  } else {
+    section.add_absence("No profiles (tables/profile.csv) were recorded in this run.");
   }
   return section;
 }

@@ -75,7 +75,7 @@ TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
   EXPECT_EQ(seen.status, 0);
   EXPECT_EQ(seen.console, "");
   const int figures = count_of(seen.document, "<figure class=\"plot\"");
-  EXPECT_EQ(figures, 12);
+  EXPECT_EQ(figures, 11);
   EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
             std::string::npos);
   EXPECT_NE(seen.document.find("data-figures-failed=\"0\""), std::string::npos);

@@ -207,7 +207,7 @@ TEST_F(Report, SaysSoWhereAnOptionalFileIsAbsent) {
                                "(tables/agreement.csv) is absent",
                                "(tables/bands.csv) are absent",
                                "(tables/evaluations.csv) is absent",
-                               "Neither bootstrap draws",
+                               "No profiles (tables/profile.csv)",
                                "(tables/rms_friction.csv) was not computed",
                                "No film was tracked in this run"})
     EXPECT_NE(page.find(sentence), std::string::npos) << sentence;
@@ -221,12 +221,6 @@ TEST_F(Report, IsMadeFromRunJsonAlone) {
   const std::string page = build_report(folder_);
   EXPECT_NE(page.find("This run has no result yet"), std::string::npos);
   EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 0);
-}
-
-TEST_F(Report, DrawsAHistogramWhereOneFrictionIsIdentified) {
-  datasets::write_whole(folder_.table("bootstrap"),
-                        "draw,friction_particle_wall\n1,0.16\n2,0.18\n");
-  EXPECT_NE(build_report(folder_).find("\"histogram\""), std::string::npos);
 }
 
 TEST_F(Report, SaysSoWhereTheTimeStepDidNotConverge) {
