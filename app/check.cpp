@@ -198,10 +198,11 @@ void estimate(const CheckCommand& command,
               const Experiment& experiment,
               const std::optional<calibrate::StartPoses>& starts,
               Findings& findings) {
-  const Work work = work_of(experiment, command.budget);
+  const int budget =
+      command.budget > 0 ? command.budget : calibrate::CalibrationOptions{}.budget;
+  const Work work = work_of(experiment, budget);
   fmt::print("to come     about {} simulations for a budget of {} evaluations",
-             work.simulations,
-             command.budget);
+             work.simulations, budget);
   if (!starts) {
     fmt::print("; their time is not known before the films are tracked (no [[start]] is given)\n");
     return;

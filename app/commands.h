@@ -67,7 +67,7 @@ int run_evaluate(const EvaluateCommand& command);
 struct CheckCommand {
   CommonOptions common;
   std::filesystem::path experiment;
-  int budget = 80;  // evaluations, for the estimate of the time
+  int budget = 0;           // evaluations, for the estimate of the time; 0: the default
 };
 int run_check(const CheckCommand& command);
 

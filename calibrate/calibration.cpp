@@ -18,11 +18,14 @@ constexpr int gate_places = 2;
 constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
 constexpr int choice_seeds_per_confirmation =
     2;  // the choice between two candidates takes more seeds than the score
-constexpr double polish_step = 0.1;      // of each range; first step of the local search
-constexpr int stall_evaluations = 12;    // without gain end a local search
+constexpr double polish_step = 0.1;  // of each range; first step of the local searches
+constexpr double last_step = 0.03;   // the same of the last one
+constexpr std::array<double, 2> basin_shares = {
+    0.4, 0.25};                        // of the local searches' budget; the rest is the last one's
+constexpr int stall_evaluations = 12;  // without gain end a local search
 constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
-constexpr std::array<double, 3> effect_levels = {
-    0.0, 0.5, 1.0};  // low, middle, high in the unit range
+constexpr std::array<double, 2> effect_levels = {
+    0.0, 1.0};  // ends of the range, beside the best point itself
 constexpr std::array<double, 4> thesis_frictions = {0.0, 0.1, 0.2, 0.35};  // section 4.2.2
 
 // One calibration under way: the options, the growing result, and what every stage needs of both.
@@ -181,12 +184,12 @@ class Calibrator {
                                     .bench = value_of(bench, name)});
     }
     if (space_.dimension() == 0) return;
-    const ParameterSet start = best().parameters;
+
     for (const datasets::TunedParameter& tuned : problem_.experiment.tuned) {
       CalibratedParameter& parameter = calibrated(tuned.name);
       parameter.lower_bound = tuned.lower;
       parameter.upper_bound = tuned.upper;
-      if (has_effect(parameter, start)) {
+      if (has_effect(parameter)) {
         parameter.status = ParameterStatus::tuned;
       } else {
         hold(parameter);
@@ -194,14 +197,16 @@ class Calibrator {
     }
   }
 
-  bool has_effect(CalibratedParameter& parameter, const ParameterSet& start) {
+  bool has_effect(CalibratedParameter& parameter) {
     std::vector<ParameterSet> places;
     for (const double level : effect_levels) {
-      places.push_back(start);
+      places.push_back(best().parameters);
       value_of(places.back(), parameter.name) =
           parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
     }
-    const std::vector<Evaluation> levels = search("effects", places);
+    const Evaluation at_start = best();
+    std::vector<Evaluation> levels = search("effects", places);
+    levels.push_back(at_start);
     const auto [lowest, highest] =
         std::minmax_element(levels.begin(), levels.end(), [](const auto& a, const auto& b) {
           return a.objective < b.objective;
@@ -224,26 +229,30 @@ class Calibrator {
     throw std::logic_error("no such parameter");
   }
 
-  // 4. Two local searches from the best points of two basins.
+  // 4. Local searches: from the best points of two basins, then once more, with a smaller step,
+  // from the best of all.
   void polish() {
     result_.stop_reason = "nothing to tune";
     if (space_.dimension() == 0) return;
     const std::vector<UnitPoint> starts = distinct_starts();
-    for (std::size_t i = 0; i < starts.size() && polish_budget() > 0; ++i) {
-      const int searches_left = static_cast<int>(starts.size() - i);
-      const OptimiserOptions options{
-          .max_evaluations = std::max(1, polish_budget() / searches_left),
-          .initial_step = polish_step,
-          .objective_tolerance = 0.5 * objective_noise(problem_.target, best().runs),
-          .stall_evaluations = stall_evaluations};
-      const OptimiserSummary summary = minimise(
-          [&](const UnitPoint& point) {
-            return search("polish", {space_.from_unit(point)}).front().objective;
-          },
-          starts[i],
-          options);
-      result_.stop_reason = summary.stop_reason;
+    const int budget = polish_budget();
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      search_locally(starts[i], polish_step, static_cast<int>(basin_shares[i] * budget));
     }
+    search_locally(space_.to_unit(best().parameters), last_step, polish_budget());
+  }
+
+  void search_locally(const UnitPoint& start, double step, int budget) {
+    if (budget < 1) return;
+    const OptimiserOptions options{
+        .max_evaluations = budget,
+        .initial_step = step,
+        .objective_tolerance = 0.5 * objective_noise(problem_.target, best().runs),
+        .stall_evaluations = stall_evaluations};
+    const auto objective = [&](const UnitPoint& point) {
+      return search("polish", {space_.from_unit(point)}).front().objective;
+    };
+    result_.stop_reason = minimise(objective, start, options).stop_reason;
   }
 
   // 5. Far from the minimum a small effect drowns in the noise of a large objective: what was held
@@ -253,7 +262,7 @@ class Calibrator {
     const std::size_t dimension = space_.dimension();
     for (CalibratedParameter& parameter : result_.calibrated) {
       if (parameter.status != ParameterStatus::not_identified) continue;
-      if (has_effect(parameter, best().parameters)) parameter.status = ParameterStatus::tuned;
+      if (has_effect(parameter)) parameter.status = ParameterStatus::tuned;
     }
     space_ = ParameterSpace(problem_.experiment.tuned, bench_parameters(problem_.experiment));
     for (CalibratedParameter& parameter : result_.calibrated) {

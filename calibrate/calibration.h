@@ -23,7 +23,7 @@ struct CalibrationProgress {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   int jobs = 1;
-  int budget = 90;       // evaluations of the search: design, effects, polish, profiles
+  int budget = 100;      // evaluations of the search: design, effects, polish, profiles
   int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
   double largest_time_step_fraction = 0.3;

@@ -94,17 +94,6 @@ double objective_noise(const Target& target, std::span<const SimulatedRun> runs)
   return jackknife(delete_one(target, runs));
 }
 
-double objective_change_noise(const Target& target,
-                              std::span<const SimulatedRun> before,
-                              std::span<const SimulatedRun> after) {
-  const std::vector<double> first = delete_one(target, before);
-  const std::vector<double> second = delete_one(target, after);
-  if (first.size() != second.size()) return std::hypot(jackknife(first), jackknife(second));
-  std::vector<double> changes(first.size());
-  for (std::size_t i = 0; i < first.size(); ++i) changes[i] = second[i] - first[i];
-  return jackknife(changes);
-}
-
 Ensemble::Ensemble(
     Simulator simulator, Journal& journal, std::string problem, Target target, int jobs)
     : simulator_(std::move(simulator)),

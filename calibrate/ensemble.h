@@ -79,11 +79,6 @@ std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpo
 // jackknife over the runs.
 double objective_noise(const Target& target, std::span<const SimulatedRun> runs);
 
-// The same for the change of the objective between two ensembles with common seeds.
-double objective_change_noise(const Target& target,
-                              std::span<const SimulatedRun> before,
-                              std::span<const SimulatedRun> after);
-
 // The trajectories of the completed runs.
 std::vector<datasets::Trajectories> completed_tracks(std::span<const SimulatedRun> runs);
 

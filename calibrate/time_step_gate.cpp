@@ -23,7 +23,7 @@ TimeStepRow row_of(const Target& target, const Evaluation& at, const Evaluation*
                   .failed = at.failed};
   if (at_half == nullptr) return row;
   row.change = at.objective - at_half->objective;
-  row.noise = objective_change_noise(target, at.runs, at_half->runs);
+  row.noise = std::hypot(objective_noise(target, at.runs), objective_noise(target, at_half->runs));
   return row;
 }
 

@@ -13,7 +13,7 @@ struct TimeStepRow {
   double time_step = 0.0;  // s
   double objective = 0.0;
   double change = 0.0;   // objective here minus that at half the step; NaN at the smallest
-  double noise = 0.0;    // standard error of that change, from its seeds
+  double noise = 0.0;    // standard error of that change if both had seeds of their own
   double seconds = 0.0;  // processor time
   int failed = 0;
 };

@@ -52,7 +52,8 @@ Trajectories sample(const Trajectories& trajectories, const std::vector<double>&
 void write_tracks(const std::filesystem::path& file, const Trajectories& trajectories);
 
 // Reads what write_tracks wrote; also any CSV with the columns frame or time_s, particle, x_m, z_m,
-// angle_rad. Throws InputError with file, line and column for what cannot be used.
+// angle_rad. Angles are
+// unwrapped. Throws InputError with file, line and column for what cannot be used.
 Trajectories read_tracks(const std::filesystem::path& file);
 
 }  // namespace graintruth::datasets

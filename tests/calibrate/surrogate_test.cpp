@@ -35,7 +35,7 @@ TEST(LowDiscrepancyPoints, FillTheCubeMoreEvenlyThanChance) {
 TEST(Surrogate, PredictsASmoothFunctionBetweenItsPoints) {
   const Surrogate surrogate = fitted(low_discrepancy_points(40, 2, 1), 1e-4);
   for (const UnitPoint& place : {UnitPoint{0.31, 0.62}, UnitPoint{0.7, 0.2}, UnitPoint{0.5, 0.5}}) {
-    EXPECT_NEAR(surrogate.predict(std::vector{place}).front(), smooth(place), 0.02);
+    EXPECT_NEAR(surrogate.predict(std::vector<UnitPoint>(1, place)).front(), smooth(place), 0.02);
   }
   EXPECT_LT(surrogate.leave_one_out_error(), 0.1 * surrogate.value_spread());
 }

@@ -30,8 +30,9 @@ TEST_P(Table42, PointsAndPercentFollowFromTheRanks) {
   const bool is_misprint = scored.particle == 9;  // errata 3: 62 points, printed 63
   EXPECT_EQ(scored.points + (is_misprint ? 1 : 0),
             printed().integer(row, "weighted_points_printed"));
-  if (!is_misprint)
+  if (!is_misprint) {
     EXPECT_NEAR(scored.percent, printed().number(row, "agreement_printed_percent"), 0.05);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Particle, Table42, testing::Range<std::size_t>(0, 10));

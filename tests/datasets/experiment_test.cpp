@@ -66,6 +66,7 @@ TEST(LoadExperiment, AnglesMayBeInDegreesOrRadians) {
 TEST(LoadExperiment, AnUnknownKeyIsNamedWithTheNearestThatExists) {
   const std::string sentence = complaint_about("front_back_gap_mm", "front_bck_gap_mm");
   EXPECT_CONTAINS(sentence, "rig.front_bck_gap_mm");
+  EXPECT_CONTAINS(sentence, "'front_back_gap_mm'");
   const std::string typo =
       complaint_about("poisson_ratio = 0.35", "poisson_ratio = 0.35\npoison_ratio = 0.3");
   EXPECT_CONTAINS(typo, "material.poison_ratio");

@@ -66,6 +66,17 @@ TEST(Tracks, ReadBackToTheSameBits) {
   }
 }
 
+TEST(Tracks, AnglesWrittenWithinHalfATurnBecomeContinuous) {
+  const TemporaryFolder folder;
+  const Trajectories read =
+      read_tracks(folder.write("a.csv",
+                               "time_s,particle,x_m,z_m,angle_rad\n0,1,0,0,3.1\n0.1,1,0,0,0.1\n0.2,"
+                               "1,0,0,0.3\n0.3,1,0,0,3.0\n"));
+  EXPECT_NEAR(read.poses[1].angle, 0.1 + 3.14159265358979, 1e-9);
+  EXPECT_NEAR(read.poses[2].angle, 0.3 + 3.14159265358979, 1e-9);
+  EXPECT_NEAR(read.poses[3].angle, 3.0, 1e-12);
+}
+
 TEST(Tracks, UnusableFilesAreRefused) {
   const TemporaryFolder folder;
   EXPECT_THROW(read_tracks(folder.write("a.csv", "time_s,particle,x_m,z_m\n0,1,0,0\n")),
