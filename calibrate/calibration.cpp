@@ -21,12 +21,22 @@ constexpr int choice_seeds_per_confirmation =
 constexpr double polish_step = 0.1;  // of each range; first step of the local searches
 constexpr double last_step = 0.03;   // the same of the last one
 constexpr std::array<double, 2> basin_shares = {
-    0.4, 0.25};                        // of the local searches' budget; the rest is the last one's
-constexpr int stall_evaluations = 12;  // without gain end a local search
+    0.4, 0.25};  // of the local searches' budget; the rest is the last one's
+constexpr std::size_t effect_bases = 3;  // places from which a parameter's effect is looked for
+constexpr double good_objective_ratio =
+    4.0;  // above this multiple of the best, a place is no candidate for that
+constexpr int stall_evaluations = 12;    // without gain end a local search
 constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
 constexpr std::array<double, 2> effect_levels = {
     0.0, 1.0};  // ends of the range, beside the best point itself
 constexpr std::array<double, 4> thesis_frictions = {0.0, 0.1, 0.2, 0.35};  // section 4.2.2
+
+// Largest difference of any coordinate.
+double distance_between(const UnitPoint& a, const UnitPoint& b) {
+  double distance = 0.0;
+  for (std::size_t d = 0; d < a.size(); ++d) distance = std::max(distance, std::abs(a[d] - b[d]));
+  return distance;
+}
 
 // One calibration under way: the options, the growing result, and what every stage needs of both.
 class Calibrator {
@@ -132,7 +142,7 @@ class Calibrator {
     int kept = static_cast<int>(std::lround(profile_share * options_.budget));
     for (const CalibratedParameter& parameter : result_.calibrated) {
       if (parameter.status == ParameterStatus::not_identified)
-        kept += static_cast<int>(effect_levels.size());
+        kept += static_cast<int>(effect_levels.size() * effect_bases);
     }
     return budget_left() - kept;
   }
@@ -197,16 +207,20 @@ class Calibrator {
     }
   }
 
+  // The lowest objective that each end of the range reaches from a few places that are as good as
+  // the best, against the best itself: near a cliff (particles jam) a parameter may seem to matter
+  // only because it moves the cliff a little.
   bool has_effect(CalibratedParameter& parameter) {
-    std::vector<ParameterSet> places;
+    const std::vector<ParameterSet> bases = good_places();
+    std::vector<Evaluation> levels = {best()};
     for (const double level : effect_levels) {
-      places.push_back(best().parameters);
-      value_of(places.back(), parameter.name) =
-          parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
+      std::vector<ParameterSet> places = bases;
+      for (ParameterSet& place : places) {
+        value_of(place, parameter.name) =
+            parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
+      }
+      levels.push_back(best_of(search("effects", places)));
     }
-    const Evaluation at_start = best();
-    std::vector<Evaluation> levels = search("effects", places);
-    levels.push_back(at_start);
     const auto [lowest, highest] =
         std::minmax_element(levels.begin(), levels.end(), [](const auto& a, const auto& b) {
           return a.objective < b.objective;
@@ -215,6 +229,40 @@ class Calibrator {
     parameter.effect_noise = range_of_noise(
         problem_, levels, {.draws = 200, .seed = options_.seed, .jobs = options_.jobs});
     return parameter.effect >= parameter.effect_noise;
+  }
+
+  // The best point, and up to two more that cannot be told apart from it, as far from one another
+  // as there are.
+  std::vector<ParameterSet> good_places() const {
+    const ParameterSpace box(problem_.experiment.tuned, bench_parameters(problem_.experiment));
+    std::vector<UnitPoint> candidates;
+    for (const Evaluation& evaluation : result_.evaluations) {
+      if (evaluation.objective > good_objective_ratio * best().objective) continue;
+      const Excess excess =
+          excess_over(problem_,
+                      best(),
+                      evaluation,
+                      {.draws = 100, .seed = options_.seed, .jobs = options_.jobs});
+      if (excess.is_compatible()) candidates.push_back(box.to_unit(evaluation.parameters));
+    }
+    std::vector<UnitPoint> chosen = {box.to_unit(best().parameters)};
+    while (chosen.size() < effect_bases) {
+      const UnitPoint* farthest = nullptr;
+      double distance = 0.0;
+      for (const UnitPoint& candidate : candidates) {
+        double nearest = 1.0;
+        for (const UnitPoint& other : chosen)
+          nearest = std::min(nearest, distance_between(candidate, other));
+        if (nearest <= distance) continue;
+        distance = nearest;
+        farthest = &candidate;
+      }
+      if (farthest == nullptr) break;
+      chosen.push_back(*farthest);
+    }
+    std::vector<ParameterSet> places;
+    for (const UnitPoint& point : chosen) places.push_back(box.from_unit(point));
+    return places;
   }
 
   void hold(CalibratedParameter& parameter) {
@@ -280,10 +328,7 @@ class Calibrator {
     for (const Evaluation* evaluation : ranked) {
       UnitPoint point = space_.to_unit(evaluation->parameters);
       const bool is_new = std::all_of(starts.begin(), starts.end(), [&](const UnitPoint& other) {
-        double distance = 0.0;
-        for (std::size_t d = 0; d < point.size(); ++d)
-          distance = std::max(distance, std::abs(point[d] - other[d]));
-        return distance > basin_distance;
+        return distance_between(point, other) > basin_distance;
       });
       if (is_new) starts.push_back(std::move(point));
       if (starts.size() == 2) break;

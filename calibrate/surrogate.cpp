@@ -133,7 +133,7 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
 Surrogate::~Surrogate() = default;
 Surrogate::Surrogate(Surrogate&&) noexcept = default;
 
-std::vector<double> Surrogate::prediction_weights(std::span<const UnitPoint> places) const {
+std::vector<Surrogate::Prediction> Surrogate::predict(std::span<const UnitPoint> places) const {
   const auto n = static_cast<Eigen::Index>(fit_->points.size());
   const auto m = static_cast<Eigen::Index>(places.size());
   const OT::Matrix cross =
@@ -144,22 +144,18 @@ std::vector<double> Surrogate::prediction_weights(std::span<const UnitPoint> pla
       c(i, j) = cross(static_cast<OT::UnsignedInteger>(i), static_cast<OT::UnsignedInteger>(j));
     }
   }
-  // prediction = trend + C K^-1 (values - trend)
+  // mean = mu + c K^-1 (y - mu),  variance = C(0) - c K^-1 c' + (1 - c K^-1 1)^2 / (1' K^-1 1)
+  // (ordinary Kriging; Rasmussen and Williams 2006, eqs 2.25-2.26 and 2.42)
+  const double mu = fit_->trend.dot(fit_->values);
   const Eigen::MatrixXd gain = c * fit_->inverse;
-  const Eigen::VectorXd rest = Eigen::VectorXd::Ones(m) - gain.rowwise().sum();
-  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
-      gain + rest * fit_->trend;
-  return {weights.data(), weights.data() + weights.size()};
-}
-
-std::vector<double> Surrogate::predict(std::span<const UnitPoint> places) const {
-  const std::vector<double> weights = prediction_weights(places);
-  const std::size_t n = fit_->points.size();
-  std::vector<double> predictions(places.size(), 0.0);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    for (std::size_t j = 0; j < n; ++j) {
-      predictions[i] += weights[i * n + j] * fit_->values(static_cast<Eigen::Index>(j));
-    }
+  const Eigen::VectorXd mean = (gain * (fit_->values.array() - mu).matrix()).array() + mu;
+  const OT::Point origin(fit_->points.front().size(), 0.0);
+  const double prior = fit_->covariance.computeAsScalar(origin, origin);
+  std::vector<Prediction> predictions(places.size());
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const double rest = 1.0 - gain.row(i).sum();
+    const double variance = prior - gain.row(i).dot(c.row(i)) + rest * rest / fit_->inverse.sum();
+    predictions[static_cast<std::size_t>(i)] = {mean(i), std::sqrt(std::max(0.0, variance))};
   }
   return predictions;
 }

@@ -27,12 +27,11 @@ class Surrogate {
   ~Surrogate();
   Surrogate(Surrogate&&) noexcept;
 
-  // Weights w such that a prediction is sum_j w(i, j) value_j, for every place i: row-major places
-  // x points. The prediction is linear in the values, so that a bootstrap needs them only once.
-  std::vector<double> prediction_weights(std::span<const UnitPoint> places) const;
-
-  // Predictions at places, from the values of the fit.
-  std::vector<double> predict(std::span<const UnitPoint> places) const;
+  struct Prediction {
+    double mean = 0.0;
+    double standard_deviation = 0.0;  // of the smooth part: large where no point is near
+  };
+  std::vector<Prediction> predict(std::span<const UnitPoint> places) const;
 
   // Root mean square error of leave-one-out predictions, and the standard deviation of the values:
   // how much of the variation the surrogate explains.

@@ -182,9 +182,14 @@ UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             int fixed,
                             double value) {
   const std::vector<UnitPoint> places = grid(dimension, fixed, value);
-  const std::vector<double> predictions = surrogate.predict(places);
-  return places[static_cast<std::size_t>(std::min_element(predictions.begin(), predictions.end()) -
-                                         predictions.begin())];
+  const std::vector<Surrogate::Prediction> predictions = surrogate.predict(places);
+  // Mean plus standard deviation: a minimum that is promised far from every evaluation is not
+  // believed.
+  const auto lowest =
+      std::min_element(predictions.begin(), predictions.end(), [](const auto& a, const auto& b) {
+        return a.mean + a.standard_deviation < b.mean + b.standard_deviation;
+      });
+  return places[static_cast<std::size_t>(lowest - predictions.begin())];
 }
 
 std::vector<Profile> profile_parameters(

@@ -88,8 +88,8 @@ Surrogate fit_surrogate(const Problem& problem,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space);
 
-// The place of the surrogate's minimum on a regular grid; with `fixed` dimension held at `value` if
-// it is not negative.
+// The place of the surrogate's minimum (of mean plus standard deviation) on a regular grid; with
+// dimension `fixed` held at `value` if it is not negative.
 UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             std::size_t dimension,
                             int fixed = -1,

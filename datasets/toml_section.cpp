@@ -60,8 +60,12 @@ bool TomlSection::has(std::string_view key) { return find(key) != nullptr; }
 void TomlSection::fail(std::string_view key, std::string_view complaint) const {
   const toml::node* node = table_->get(key);
   const auto line = node != nullptr ? node->source().begin.line : table_->source().begin.line;
-  throw InputError(
-      fmt::format("{}:{}: key '{}' {}.", file_.string(), line, qualified(key), complaint));
+  throw InputError(fmt::format("{}:{}: key '{}' {}{}",
+                               file_.string(),
+                               line,
+                               qualified(key),
+                               complaint,
+                               complaint.ends_with('?') ? "" : "."));
 }
 
 std::optional<double> TomlSection::optional_quantity(std::string_view stem,
@@ -101,12 +105,18 @@ double TomlSection::quantity(std::string_view stem, Units units, const Range& ra
       fail(name, fmt::format("has no unit that fits; write {}", spellings(stem, units)));
     }
   }
+  // A key that is nearly right is the likeliest reason.
   for (const auto& [key, node] : *table_) {
+    if (known_.contains(key.str())) continue;
+    std::string nearest;
+    std::size_t fewest = 3;  // changes; more make another word of it
     for (const Unit& unit : units) {
       const std::string wanted = with_unit(stem, unit);
-      if (known_.contains(key.str()) || edits(key.str(), wanted) > 2) continue;
-      fail(key.str(), fmt::format("is unknown; did you mean '{}'?", wanted));
+      if (edits(key.str(), wanted) >= fewest) continue;
+      fewest = edits(key.str(), wanted);
+      nearest = wanted;
     }
+    if (!nearest.empty()) fail(key.str(), fmt::format("is unknown; did you mean '{}'?", nearest));
   }
   fail(with_unit(stem, *units.begin()),
        fmt::format("is missing; write {}", spellings(stem, units)));

@@ -17,6 +17,7 @@
 #include "tracking/link.h"
 #include "tracking/overlay.h"
 #include "tracking/pair.h"
+#include "tracking/texture.h"
 #include "tracking/video.h"
 
 namespace graintruth::tracking {
@@ -105,8 +106,10 @@ PlaneRegion search_region(const datasets::Experiment& experiment,
 
 // One particle's history.
 struct Track {
-  std::vector<std::optional<BodyFit>> fits;            // one a frame
-  BodyPose last;                                       // last seen, or predicted since
+  std::vector<std::optional<BodyFit>> fits;  // one a frame
+  std::array<std::vector<TexturePatch>, 2>
+      textures;   // of each ball, one a frame; empty where unseen
+  BodyPose last;  // last seen, or predicted since
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // a frame: x, z, angle
   int unseen = 0;                                      // frames since it was seen
   bool known = false;                                  // was ever seen
@@ -132,10 +135,12 @@ class FilmTracker {
   void follow(const cv::Mat& frame, int number);
   void recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
   void accept(Track& track, const BodyFit& fit, int number);
+  void keep_textures(const EdgeImage& image, int number);
   void check_fiducials(const cv::Mat& grey, int number);
   Surroundings surroundings_of(std::size_t body) const;
   cv::Rect working_region() const;
   double find_event(int frames);
+  void count_doubts(const datasets::Trajectories& tracks);
   void judge(const Learned& learned);
   void warn(std::string sentence) { summary_.warnings.push_back(std::move(sentence)); }
   void fail(std::string sentence) {
@@ -345,6 +350,7 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
       }
     }
   }
+  keep_textures(image, 0);
   if (best.size() < count) {
     fail(fmt::format("Frame 0 shows {} particles but the experiment says {}.", best.size(), count));
   } else {
@@ -474,6 +480,20 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
     }
   }
   if (!lost.empty()) recover(frame, number, lost);
+  // 4. What the balls show
+  keep_textures(image, number);
+}
+
+void FilmTracker::keep_textures(const EdgeImage& image, int number) {
+  const auto frame = static_cast<std::size_t>(number);
+  for (Track& track : tracks_) {
+    for (std::size_t ball = 0; ball < 2; ++ball) {
+      track.textures[ball].resize(frame + 1);
+      if (track.fits.size() > frame && track.fits[frame])
+        track.textures[ball][frame] =
+            sample_texture(image, calibration_.camera, shape_, track.fits[frame]->pose, ball);
+    }
+  }
 }
 
 // A body that the prediction did not find: looked for about the predicted place, then in the whole
@@ -594,7 +614,6 @@ double FilmTracker::find_event(int frames) {
   const double interval = 1.0 / experiment_.camera.frame_rate;
   const auto& noted = experiment_.camera.noted_event_time;
   summary_.noted_event_time_s = noted ? *noted : nan;
-  summary_.particles_event_time_s = nan;
   std::optional<Event> event;
   if (piston_) {
     const datasets::Piston& piston = *experiment_.rig.piston;
@@ -625,11 +644,12 @@ double FilmTracker::find_event(int frames) {
     }
     std::optional<Event> witness;
     if (!on_face.empty()) witness = fit_onset(resting, piston.velocity_z);
-    if (witness) summary_.particles_event_time_s = witness->time;
     if (!event && witness) {
       event = witness;
       event->how = "particles on the piston";
-      event->uncertainty = std::max(event->uncertainty, 0.5 * interval);
+      // Held back by its neighbours a particle sinks more slowly than the piston at first and
+      // catches up later: the line through its path meets the rest up to a frame late.
+      event->uncertainty = std::max(event->uncertainty, interval);
       warn(
           "The piston's face could not be followed; the start of motion is that of the particles "
           "resting on it.");
@@ -710,6 +730,32 @@ double FilmTracker::find_event(int frames) {
   summary_.event_source = event->how;
   summary_.event_speed_m_per_s = event->speed;
   return event->time;
+}
+
+// Turns too large for a frame, and steps that two neighbours would have explained about as well the
+// other way round.
+void FilmTracker::count_doubts(const datasets::Trajectories& tracks) {
+  constexpr double largest_turn = 60.0 * degree;
+  const auto count = static_cast<std::size_t>(tracks.particles);
+  // A step into another's place is in doubt when it is not shorter by half a radius: bodies cannot
+  // come that near to each other while the camera looks.
+  const double margin = 0.5 * shape_.radius[0];
+  const auto step = [&](std::size_t k, std::size_t from, std::size_t to) {
+    const datasets::Pose &before = tracks.poses[tracks.index(k - 1, from)],
+                         &now = tracks.poses[tracks.index(k, to)];
+    return std::hypot(now.x - before.x, now.z - before.z);
+  };
+  for (std::size_t k = 1; k < tracks.frames(); ++k) {
+    for (std::size_t a = 0; a < count; ++a) {
+      const double turn =
+          tracks.poses[tracks.index(k, a)].angle - tracks.poses[tracks.index(k - 1, a)].angle;
+      if (std::abs(turn) > largest_turn) ++summary_.angle_jumps;
+      // Not seen compares false
+      for (std::size_t b = a + 1; b < count; ++b)
+        if (step(k, a, b) + step(k, b, a) < step(k, a, a) + step(k, b, b) + 2.0 * margin)
+          ++summary_.suspected_swaps;
+    }
+  }
 }
 
 void FilmTracker::judge(const Learned& learned) {
@@ -806,11 +852,27 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   // separation times the relative difference of the two radii.
   const double mass_shift =
       0.75 * shape_.separation * learned.radius_difference / learned.radius_mean;
+  std::vector<BodyWitness> witnesses;
+  for (std::size_t body = 0; body < tracks_.size(); ++body) {
+    BodyWitness& witness = witnesses.emplace_back();
+    witness.shape = learned.bodies[body].shape;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
+      const auto& fit = tracks_[body].fits[k];
+      WitnessedPose& pose = witness.outline.emplace_back();
+      if (!fit) continue;
+      const SolvedPose solved = solve_pose(*fit, learned.bodies[body]);
+      pose = {solved.pose, solved.covariance};
+    }
+    for (std::size_t ball = 0; ball < 2; ++ball) {
+      witness.patches[ball] = std::move(tracks_[body].textures[ball]);
+      witness.patches[ball].resize(static_cast<std::size_t>(frames));
+    }
+  }
+  const auto joined = join_witnesses(witnesses);
   std::vector<double> position_sigmas, angle_sigmas, scatters;
   double score_sum = 0.0;
   int worst = frames;
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
-    const LearnedShape& shape = learned.bodies[body];
     int detections = 0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
       const auto& fit = tracks_[body].fits[k];
@@ -819,7 +881,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
         continue;
       }
       ++detections;
-      const SolvedPose solved = solve_pose(*fit, shape);
+      const WitnessedPose& solved = joined[body][k];
       Eigen::Matrix3d covariance = solved.covariance;
       covariance.topLeftCorner<2, 2>() +=
           calibration_.point_covariance(solved.pose.x, solved.pose.z);
@@ -838,6 +900,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
     summary_.detections += detections;
     worst = std::min(worst, detections);
   }
+  count_doubts(out);
   summary_.particles = count;
   summary_.completeness = summary_.detections / (static_cast<double>(frames) * count);
   summary_.least_complete_particle = static_cast<double>(worst) / frames;

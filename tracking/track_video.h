@@ -55,7 +55,7 @@ struct TrackingSummary {
   double completeness = 0.0;             // detections / (frames * particles)
   double least_complete_particle = 0.0;  // the same for the worst particle
   int gaps = 0;                          // runs of frames in which a particle was not seen
-  int suspected_swaps = 0;
+  int suspected_swaps = 0;      // steps that two bodies would explain about as well if exchanged
   int angle_jumps = 0;          // steps of more than 60 degrees between neighbouring frames
   double pixel_error_px = 0.0;  // median standard uncertainty of a position, per axis
   double position_sigma_mm = 0.0;
@@ -72,8 +72,6 @@ struct TrackingSummary {
                              // the laboratory"
   double event_speed_m_per_s = 0.0;  // of what was followed; 0 where no speed was fitted
   double noted_event_time_s = 0.0;   // NaN where none was noted
-  double particles_event_time_s =
-      0.0;  // the same from the particles that rest on the piston; NaN where none do
 
   // Speed; without drawing the overlay
   double seconds = 0.0;

@@ -27,18 +27,20 @@ StartPoses nominal_starts(const datasets::Experiment& experiment) {
   return starts;
 }
 
-TEST(DemSimulator, BringsTheLowestParticleDownWithThePiston) {
-  const datasets::Experiment experiment = soft_rig();
+TEST(DemSimulator, BringsAParticleDownWithThePiston) {
+  datasets::Experiment experiment = soft_rig();
+  experiment.particle.count = 1;
+  experiment.starts = {{0.0, 0.0222, 0.0}};  // flat, in the middle of the column
   const Simulator simulator = make_dem_simulator(experiment, nominal_starts(experiment), {});
   const SimulatedRun run =
       simulator({{0.12, 0.17, 0.82}, largest_time_step_fraction(experiment), 1});
   ASSERT_EQ(run.status, RunStatus::completed) << run.message;
-  // Particle 1 lies flat on the piston: it sinks at 46 mm/s.
-  const auto& tracks = run.trajectories;
-  const double sunk = tracks.poses[tracks.index(0, 0)].z - tracks.poses[tracks.index(5, 0)].z;
-  EXPECT_NEAR(sunk, 0.046 * 0.5, 1e-3);
-  for (const datasets::Pose& pose : tracks.poses)
-    EXPECT_TRUE(std::isfinite(pose.x + pose.z + pose.angle));
+  // Set in motion at once, the piston leaves the particle behind by 46 mm/s for v/g = 4.7 ms: 0.1
+  // mm at most.
+  for (std::size_t frame = 0; frame < run.trajectories.frames(); ++frame) {
+    const double sunk = run.trajectories.poses[0].z - run.trajectories.poses[frame].z;
+    EXPECT_NEAR(sunk, 0.046 * run.trajectories.time[frame], 2e-4);
+  }
 }
 
 TEST(DemSimulator, IsTheSameForTheSameRequestAndOtherwiseForAnotherSeed) {

@@ -35,18 +35,17 @@ TEST(LowDiscrepancyPoints, FillTheCubeMoreEvenlyThanChance) {
 TEST(Surrogate, PredictsASmoothFunctionBetweenItsPoints) {
   const Surrogate surrogate = fitted(low_discrepancy_points(40, 2, 1), 1e-4);
   for (const UnitPoint& place : {UnitPoint{0.31, 0.62}, UnitPoint{0.7, 0.2}, UnitPoint{0.5, 0.5}}) {
-    EXPECT_NEAR(surrogate.predict(std::vector<UnitPoint>(1, place)).front(), smooth(place), 0.02);
+    EXPECT_NEAR(
+        surrogate.predict(std::vector<UnitPoint>(1, place)).front().mean, smooth(place), 0.02);
   }
   EXPECT_LT(surrogate.leave_one_out_error(), 0.1 * surrogate.value_spread());
 }
 
-TEST(Surrogate, ItsWeightsReproduceAConstant) {
-  const Surrogate surrogate = fitted(low_discrepancy_points(20, 2, 1), 1e-3);
-  const std::vector<double> weights =
-      surrogate.prediction_weights(std::vector<UnitPoint>{{0.1, 0.9}});
-  double sum = 0.0;
-  for (const double weight : weights) sum += weight;
-  EXPECT_NEAR(sum, 1.0, 1e-8);
+TEST(Surrogate, IsSureNearItsPointsOnly) {
+  const Surrogate surrogate =
+      fitted({{0.1, 0.1}, {0.2, 0.1}, {0.1, 0.2}, {0.3, 0.3}, {0.2, 0.4}, {0.4, 0.1}}, 1e-3);
+  const auto predictions = surrogate.predict(std::vector<UnitPoint>{{0.1, 0.1}, {0.95, 0.95}});
+  EXPECT_LT(predictions[0].standard_deviation, 0.3 * predictions[1].standard_deviation);
 }
 
 }  // namespace
