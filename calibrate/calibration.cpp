@@ -23,8 +23,6 @@ constexpr double last_step = 0.03;   // the same of the last one
 constexpr std::array<double, 2> basin_shares = {
     0.4, 0.25};  // of the local searches' budget; the rest is the last one's
 constexpr std::size_t effect_bases = 3;  // places from which a parameter's effect is looked for
-constexpr double good_objective_ratio =
-    4.0;  // above this multiple of the best, a place is no candidate for that
 constexpr int stall_evaluations = 12;    // without gain end a local search
 constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
 constexpr std::array<double, 2> effect_levels = {
@@ -207,52 +205,55 @@ class Calibrator {
     }
   }
 
-  // The lowest objective that each end of the range reaches from a few places that are as good as
-  // the best, against the best itself: near a cliff (particles jam) a parameter may seem to matter
-  // only because it moves the cliff a little.
+  // The change of the objective at each end of the range, seen from a few places that are as good
+  // as the best; of those the median, because near a cliff (particles jam) any parameter seems to
+  // matter when it moves the cliff a little.
   bool has_effect(CalibratedParameter& parameter) {
-    const std::vector<ParameterSet> bases = good_places();
-    std::vector<Evaluation> levels = {best()};
+    const std::vector<Evaluation> bases = good_bases();
+    parameter.effect = 0.0;
+    parameter.effect_noise = 0.0;
+    bool shows = false;
     for (const double level : effect_levels) {
-      std::vector<ParameterSet> places = bases;
-      for (ParameterSet& place : places) {
-        value_of(place, parameter.name) =
+      std::vector<ParameterSet> places;
+      for (const Evaluation& base : bases) {
+        places.push_back(base.parameters);
+        value_of(places.back(), parameter.name) =
             parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
       }
-      levels.push_back(best_of(search("effects", places)));
+      const std::vector<Evaluation> tried = search("effects", places);
+      std::vector<Excess> changes;
+      for (std::size_t i = 0; i < bases.size(); ++i) {
+        changes.push_back(excess_over(problem_, bases[i], tried[i], bootstrap()));
+      }
+      std::sort(changes.begin(), changes.end(), [](const Excess& a, const Excess& b) {
+        return std::abs(a.objective) < std::abs(b.objective);
+      });
+      const Excess& typical = changes[changes.size() / 2];
+      shows = shows || std::abs(typical.objective) > typical.allowed;
+      if (std::abs(typical.objective) < parameter.effect) continue;
+      parameter.effect = std::abs(typical.objective);
+      parameter.effect_noise = typical.allowed;
     }
-    const auto [lowest, highest] =
-        std::minmax_element(levels.begin(), levels.end(), [](const auto& a, const auto& b) {
-          return a.objective < b.objective;
-        });
-    parameter.effect = highest->objective - lowest->objective;
-    parameter.effect_noise = range_of_noise(
-        problem_, levels, {.draws = 200, .seed = options_.seed, .jobs = options_.jobs});
-    return parameter.effect >= parameter.effect_noise;
+    return shows;
   }
 
-  // The best point, and up to two more that cannot be told apart from it, as far from one another
-  // as there are.
-  std::vector<ParameterSet> good_places() const {
+  // The best evaluation, and up to two more that cannot be told apart from it, as far from one
+  // another as there are.
+  std::vector<Evaluation> good_bases() const {
     const ParameterSpace box(problem_.experiment.tuned, bench_parameters(problem_.experiment));
-    std::vector<UnitPoint> candidates;
-    for (const Evaluation& evaluation : result_.evaluations) {
-      if (evaluation.objective > good_objective_ratio * best().objective) continue;
-      const Excess excess =
-          excess_over(problem_,
-                      best(),
-                      evaluation,
-                      {.draws = 100, .seed = options_.seed, .jobs = options_.jobs});
-      if (excess.is_compatible()) candidates.push_back(box.to_unit(evaluation.parameters));
-    }
-    std::vector<UnitPoint> chosen = {box.to_unit(best().parameters)};
+    const std::vector<Evaluation> candidates =
+        compatible_with(problem_, best(), result_.evaluations, bootstrap());
+    std::vector<Evaluation> chosen = {best()};
     while (chosen.size() < effect_bases) {
-      const UnitPoint* farthest = nullptr;
+      const Evaluation* farthest = nullptr;
       double distance = 0.0;
-      for (const UnitPoint& candidate : candidates) {
+      for (const Evaluation& candidate : candidates) {
         double nearest = 1.0;
-        for (const UnitPoint& other : chosen)
-          nearest = std::min(nearest, distance_between(candidate, other));
+        for (const Evaluation& other : chosen) {
+          nearest = std::min(
+              nearest,
+              distance_between(box.to_unit(candidate.parameters), box.to_unit(other.parameters)));
+        }
         if (nearest <= distance) continue;
         distance = nearest;
         farthest = &candidate;
@@ -260,10 +261,10 @@ class Calibrator {
       if (farthest == nullptr) break;
       chosen.push_back(*farthest);
     }
-    std::vector<ParameterSet> places;
-    for (const UnitPoint& point : chosen) places.push_back(box.from_unit(point));
-    return places;
+    return chosen;
   }
+
+  BootstrapOptions bootstrap() const { return {.seed = options_.seed, .jobs = options_.jobs}; }
 
   void hold(CalibratedParameter& parameter) {
     parameter.status = ParameterStatus::not_identified;
@@ -344,7 +345,7 @@ class Calibrator {
         space_,
         result_.evaluations,
         [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
-        {.bootstrap = {.seed = options_.seed, .jobs = options_.jobs}});
+        {.bootstrap = bootstrap()});
   }
 
   // 7. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
@@ -417,7 +418,7 @@ class Calibrator {
       if (parameter.status == ParameterStatus::not_identified) {
         result_.warnings.push_back(
             fmt::format("{} is not identified: over its full range the objective moves by {:.3g}, "
-                        "and seeds alone move it by {:.3g}; it "
+                        "and other replicates and seeds alone could move it by {:.3g}; it "
                         "is held at its bench value {:.3g}.",
                         parameter.name,
                         parameter.effect,

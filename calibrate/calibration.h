@@ -44,9 +44,8 @@ struct CalibratedParameter {
   double bench = 0.0;
   double lower_bound = 0.0;  // of the search
   double upper_bound = 0.0;
-  double effect =
-      0.0;  // range of the objective over the parameter's full range, from the best design point
-  double effect_noise = 0.0;  // what range noise alone would give in 95 % of cases
+  double effect = 0.0;        // typical change of the objective at the worse end of the range
+  double effect_noise = 0.0;  // what other replicates and seeds could explain of it
 };
 
 // The thesis's own four frictions (section 4.2.2), all else at the calibrated values.

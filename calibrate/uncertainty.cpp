@@ -127,28 +127,6 @@ std::vector<std::vector<double>> draw_objectives(const Problem& problem,
   return drawn;
 }
 
-double range_of_noise(const Problem& problem,
-                      std::span<const Evaluation> evaluations,
-                      const BootstrapOptions& options) {
-  // 95 % quantile of the range of k standard normal values, k = 2 to 5 (Pearson and Hartley 1966,
-  // table 22).
-  constexpr std::array<double, 6> range_95 = {0.0, 0.0, 2.77, 3.31, 3.63, 3.86};
-  const auto drawn = draw_objectives(problem, evaluations, options);
-  // The variance of a single objective is half that of the differences, from which common
-  // replicates drop out.
-  double variance = 0.0;
-  int pairs = 0;
-  for (std::size_t i = 0; i < evaluations.size(); ++i) {
-    for (std::size_t j = i + 1; j < evaluations.size(); ++j) {
-      variance += 0.5 * std::pow(difference_deviation(drawn, i, j), 2);
-      ++pairs;
-    }
-  }
-  const std::size_t count = std::min(evaluations.size(), range_95.size() - 1);
-  return range_95[count] * small_sample_factor(problem.replicates.size()) *
-         std::sqrt(variance / std::max(1, pairs));
-}
-
 Excess excess_over(const Problem& problem,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
@@ -158,6 +136,21 @@ Excess excess_over(const Problem& problem,
   return {evaluation.objective - reference.objective,
           critical_value(Critical::student_t, static_cast<int>(n)) * small_sample_factor(n) *
               difference_deviation(draw_objectives(problem, both, options), 0, 1)};
+}
+
+std::vector<Evaluation> compatible_with(const Problem& problem,
+                                        const Evaluation& reference,
+                                        std::span<const Evaluation> evaluations,
+                                        const BootstrapOptions& options) {
+  // So much worse than the reference that no bootstrap is needed to tell.
+  constexpr double hopeless = 6.0;
+  std::vector<Evaluation> compatible;
+  for (const Evaluation& evaluation : evaluations) {
+    if (evaluation.objective > hopeless * reference.objective) continue;
+    if (excess_over(problem, reference, evaluation, options).is_compatible())
+      compatible.push_back(evaluation);
+  }
+  return compatible;
 }
 
 Surrogate fit_surrogate(const Problem& problem,
@@ -214,6 +207,15 @@ std::vector<Profile> profile_parameters(
                       .inside = centre[d],
                       .outside = direction < 0.0 ? 0.0 : 1.0,
                       .step = options.first_step});
+    }
+  }
+
+  for (const Evaluation& evaluation :
+       compatible_with(problem, reference, evaluations, options.bootstrap)) {
+    const UnitPoint point = space.to_unit(evaluation.parameters);
+    for (End& end : ends) {
+      if ((point[end.dimension] - end.inside) * end.direction > 0.0)
+        end.inside = point[end.dimension];
     }
   }
 

@@ -28,12 +28,6 @@ std::vector<std::vector<double>> draw_objectives(const Problem& problem,
                                                  std::span<const Evaluation> evaluations,
                                                  const BootstrapOptions& options);
 
-// The range of the objective over a few evaluations that replicates and seeds alone would give in
-// 95 % of cases if all had the same expectation.
-double range_of_noise(const Problem& problem,
-                      std::span<const Evaluation> evaluations,
-                      const BootstrapOptions& options);
-
 // How much worse an evaluation is than the reference, and by how much it may be worse before that
 // is significant: Student's t(0.975, n - 1) times the bootstrap standard deviation of the
 // difference, times sqrt(n / (n - 1)) because n replicates drawn from n vary too little (Efron and
@@ -48,6 +42,12 @@ Excess excess_over(const Problem& problem,
                    const Evaluation& evaluation,
                    const BootstrapOptions& options);
 
+// Those of the evaluations that cannot be told apart from the reference.
+std::vector<Evaluation> compatible_with(const Problem& problem,
+                                        const Evaluation& reference,
+                                        std::span<const Evaluation> evaluations,
+                                        const BootstrapOptions& options);
+
 // One value of one parameter, with the others where the surrogate puts their best.
 struct ProfilePoint {
   double value = 0.0;  // of the parameter
@@ -56,7 +56,8 @@ struct ProfilePoint {
 };
 
 // The 95 % interval of a parameter: the values from which the best cannot be told apart (the
-// inversion of a test), each end found by bisection on real simulations.
+// inversion of a test), from the
+// outermost evaluation that is compatible, each end is found by bisection on real simulations.
 struct Profile {
   std::string name;
   Interval interval;

@@ -949,6 +949,7 @@ std::string to_string(Grade grade) {
 TrackedFilm track_video(const datasets::Experiment& experiment,
                         const datasets::Replicate& replicate,
                         const TrackingOptions& options) {
+  cv::setNumThreads(1);  // films are tracked side by side; more threads would only get in each other's way
   FilmTracker tracker(experiment, replicate);
   return tracker.run(options);
 }
