@@ -75,15 +75,12 @@ TEST(Table, MissingAndEmptyFilesAreRefused) {
   EXPECT_THROW(read_csv(folder.write("empty.csv", "")), InputError);
 }
 
-RC_GTEST_PROP(Table,
-              WhatIsWrittenReadsBackTheSame,
-              (const std::vector<double>& values, const std::string& text)) {
-  // The line reader knows neither NUL nor line breaks inside a cell; blanks around a cell are not
-  // kept.
-  RC_PRE(text.find_first_of(std::string("\0\r\n", 3)) == std::string::npos);
-  RC_PRE(text.empty() || (text.front() > ' ' && text.back() > ' '));
+RC_GTEST_PROP(Table, WhatIsWrittenReadsBackTheSame, (const std::vector<double>& values)) {
+  // Cells of what makes CSV hard, between full stops because blanks around a cell are not kept.
+  const std::string text =
+      "." + *rc::gen::container<std::string>(rc::gen::elementOf(std::string("a,\"# ;'"))) + ".";
   Table table({"value", "text"});
-  for (const double value : values) table.add({number_text(value), text + "."});
+  for (const double value : values) table.add({number_text(value), text});
   const auto file = std::filesystem::temp_directory_path() /
                     ("graintruth-table-" + std::to_string(getpid()) + ".csv");
   write_csv(file, table);
@@ -92,7 +89,7 @@ RC_GTEST_PROP(Table,
   RC_ASSERT(back.rows() == values.size());
   for (std::size_t row = 0; row < values.size(); ++row) {
     RC_ASSERT(back.number(row, "value") == values[row]);
-    RC_ASSERT(back.text(row, "text") == text + ".");
+    RC_ASSERT(back.text(row, "text") == text);
   }
 }
 
