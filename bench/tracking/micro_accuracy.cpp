@@ -1,7 +1,7 @@
 // How well the five bundled films are tracked, against their truth: recall, identity, position and
 // angle error, calibration of the stated uncertainty, time zero, speed. Prints a table and writes
 // it as CSV.
-//   bench_tracking_micro [EXPERIMENT.toml] [OUT.csv]
+//   bench_tracking_micro [OUT.csv] [EXPERIMENT.toml]
 //
 // The tracked point is the midpoint of the two ball centres; the truth file gives the centre of
 // mass. The midpoint is rebuilt from placement.csv: radii r1, r2 and centre distance d give the
@@ -53,9 +53,9 @@ struct Sums {
 
 int main(int argc, char** argv) {
   const std::filesystem::path file =
-      argc > 1 ? argv[1]
+      argc > 2 ? argv[2]
                : std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/micro/experiment.toml";
-  const std::filesystem::path out = argc > 2 ? argv[2] : "tracking_micro.csv";
+  const std::filesystem::path out = argc > 1 ? argv[1] : "tracking_micro.csv";
   const datasets::Experiment experiment = datasets::load_experiment(file);
   datasets::Table table({"replicate",
                          "frames",
