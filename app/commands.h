@@ -67,7 +67,7 @@ int run_evaluate(const EvaluateCommand& command);
 struct CheckCommand {
   CommonOptions common;
   std::filesystem::path experiment;
-  int budget = 0;           // evaluations, for the estimate of the time; 0: the default
+  int budget = 0;  // evaluations, for the estimate of the time; 0: the default
 };
 int run_check(const CheckCommand& command);
 
@@ -75,6 +75,16 @@ struct NewCommand {
   std::filesystem::path folder;
 };
 int run_new(const NewCommand& command);
+
+struct SimulateCommand {
+  CommonOptions common;
+  std::filesystem::path scene;  // .toml, or a deck .txt
+  double time_limit = 0.0;      // s; 0: none
+  bool render = false;
+  bool paraview = false;
+  bool ovito = false;
+};
+int run_simulate(const SimulateCommand& command);
 
 enum class JournalAction { list, show, export_rows, drop, merge };
 struct JournalCommand {

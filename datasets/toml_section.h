@@ -34,6 +34,12 @@ inline constexpr std::array pressure_units{
     Unit{"pa", 1.0}, Unit{"kpa", 1e3}, Unit{"mpa", 1e6}, Unit{"gpa", 1e9}};
 inline constexpr std::array time_units{Unit{"s", 1.0}, Unit{"ms", 1e-3}};
 inline constexpr std::array rate_units{Unit{"hz", 1.0}};
+inline constexpr std::array density_units{Unit{"kg_per_m3", 1.0}, Unit{"g_per_cm3", 1e3}};
+inline constexpr std::array inertia_units{
+    Unit{"kg_m2", 1.0}, Unit{"g_cm2", 1e-7}, Unit{"g_mm2", 1e-9}};
+inline constexpr std::array turning_units{Unit{"rad_per_s", 1.0},
+                                          Unit{"deg_per_s", radians_per_degree},
+                                          Unit{"rpm", 6.0 * radians_per_degree}};
 inline constexpr std::array plain{Unit{"", 1.0}};
 
 // What values are allowed; the words go into the sentence when one is not.
@@ -70,6 +76,12 @@ class TomlSection {
   // Rows of exactly `width` numbers under stem with a length unit, e.g. fiducials_mm = [[0, 1], [2,
   // 3]].
   std::vector<std::vector<double>> rows(std::string_view stem, std::size_t width, Units units);
+  // Exactly `width` numbers under stem with a unit, e.g. centre_mm = [0, 1, 2].
+  std::vector<double> numbers(std::string_view stem, std::size_t width, Units units);
+  std::optional<std::vector<double>> optional_numbers(std::string_view stem,
+                                                      std::size_t width,
+                                                      Units units);
+  std::optional<bool> optional_flag(std::string_view key);
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
 
@@ -82,6 +94,8 @@ class TomlSection {
 
  private:
   const toml::node* find(std::string_view key);
+  // Says what is wrong where no key under `stem` was found.
+  [[noreturn]] void fail_missing(std::string_view stem, Units units) const;
   std::string qualified(std::string_view key) const;
 
   const toml::table* table_;

@@ -352,9 +352,9 @@ void Engine<D>::use_wall_drag(int wall, const WallMotion& drag) {
 }
 
 template <int D>
-void Engine<D>::open_wall(int wall) {
-  walls_at_rest_[wall].opens_at = time_;
-  walls_[wall].shape = Wall::Shape::none;
+void Engine<D>::open_wall(int wall, double time) {
+  walls_at_rest_[wall].opens_at = time;
+  place_wall(walls_at_rest_[wall], time_, walls_[wall]);
 }
 
 template <int D>

@@ -31,7 +31,7 @@ class Engine {
   void use_pairs(const Scene& scene, const SimulationOptions& options);
   void use_wall_motion(int wall, const WallMotion& motion);
   void use_wall_drag(int wall, const WallMotion& drag);
-  void open_wall(int wall);
+  void open_wall(int wall, double time);
   void clear_velocities();
 
   double time() const { return time_; }

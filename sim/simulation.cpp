@@ -181,8 +181,8 @@ void Simulation::set_wall_drag(int wall, const WallMotion& drag) {
   engines_->visit([&](auto& engine) { engine.use_wall_drag(wall, drag); });
 }
 
-void Simulation::open_wall(int wall) {
-  engines_->visit([wall](auto& engine) { engine.open_wall(wall); });
+void Simulation::open_wall(int wall, double time) {
+  engines_->visit([=](auto& engine) { engine.open_wall(wall, time); });
 }
 
 void Simulation::add_bodies(const std::vector<Body>& bodies) {

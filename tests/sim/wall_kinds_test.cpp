@@ -239,7 +239,7 @@ TEST(OpeningPanel, LetsGoWhenItOpens) {
   scene.walls[0].opens_at = std::numeric_limits<double>::infinity();
   Simulation by_hand(scene);
   by_hand.run_until(0.05);
-  by_hand.open_wall(0);
+  by_hand.open_wall(0, 0.05);
   by_hand.run_until(0.15);
   EXPECT_NEAR(by_hand.state().velocity[0].z(), -kGravity * 0.1, 1e-3);
 }
