@@ -74,9 +74,10 @@ sim::Box scene_box(const SceneRun& run) {
         const bool bounded = of_walls.low[axis] <= of_walls.high[axis];
         const double low = middle[axis] - radius, high = middle[axis] + radius;
         const double room = std::max(reach[axis], 2.0 * radius);
-        if (bounded && (low < of_walls.low[axis] - room || high > of_walls.high[axis] + room)) {
-          continue;
-        }
+        const bool is_far = low < of_walls.low[axis] - room || high > of_walls.high[axis] + room;
+        const bool is_between =
+            middle[axis] >= of_walls.low[axis] && middle[axis] <= of_walls.high[axis];
+        if (bounded && (is_far || (is_between && reach[axis] > 0.0))) continue;
         box.low[axis] = std::min(box.low[axis], low);
         box.high[axis] = std::max(box.high[axis], high);
       }

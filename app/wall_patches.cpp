@@ -103,6 +103,10 @@ sim::Box picture_box(const std::vector<Wall>& walls, const std::vector<Vec3>& po
   for (const Wall& wall : walls) {
     const sim::Box of_wall = sim::box_of(wall);
     for (int axis = 0; axis < 3; ++axis) {
+      if (wall.shape == Wall::Shape::plane && std::abs(wall.normal[axis]) > 0.999) {
+        box.low[axis] = std::min(box.low[axis], wall.point[axis]);
+        box.high[axis] = std::max(box.high[axis], wall.point[axis]);
+      }
       if (!std::isfinite(of_wall.low[axis]) || !std::isfinite(of_wall.high[axis])) continue;
       box.low[axis] = std::min(box.low[axis], of_wall.low[axis]);
       box.high[axis] = std::max(box.high[axis], of_wall.high[axis]);

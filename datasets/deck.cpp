@@ -122,7 +122,7 @@ void read_start(Deck& deck, const Command& command) {
   require_positive(deck, command);
   deck.start = command;
   const auto& n = command.numbers;
-  if (n[5] > 1e5 || n[6] > 1000 || n[5] != std::floor(n[5]) || n[6] != std::floor(n[6])) {
+  if (n[5] > 1e5 || n[6] > 300 || n[5] != std::floor(n[5]) || n[6] != std::floor(n[6])) {
     fail(deck, command.line, "START needs whole numbers of particles and of spheres in each");
   }
   if (n[4] != n[5] * n[6] + n[7]) {

@@ -29,6 +29,7 @@ constexpr Range duration_range{0.0, 1e5, false, "a time above 0 and at most 1e5 
 constexpr Range not_later{0.0, 1e5, true, "a time from 0 to 1e5 s"};
 constexpr Range fraction_range{0.0, 1.0, false, "a share above 0 and at most 1"};
 constexpr int most_particles = 200000;
+constexpr int most_spheres = 300;  // a particle
 
 Vector3d vector_of(const std::vector<double>& numbers) {
   return {numbers[0], numbers[1], numbers[2]};
@@ -161,7 +162,7 @@ std::vector<SceneSphere> read_spheres(TomlSection& section) {
 
 // A chain by radius and spacing, or by aspect ratio and the ball that it has the volume of.
 void read_chain(TomlSection section, SceneParticle& particle) {
-  const int count = section.whole_number("count", 1, 1000);
+  const int count = section.whole_number("count", 1, most_spheres);
   if (section.has("aspect_ratio")) {
     const Range aspect_range{
         1.0, static_cast<double>(count), true, "an aspect ratio from 1 to the number of spheres"};
@@ -246,6 +247,9 @@ void read_shape(TomlSection& section,
     }
     inputs.push_back(path);
     ++shapes;
+  }
+  if (particle.spheres.size() > most_spheres) {
+    section.fail("name", fmt::format("has more than {} spheres", most_spheres));
   }
   if (shapes != 1) {
     section.fail("name",
@@ -582,7 +586,9 @@ SceneFile load_toml_scene(const std::filesystem::path& file) {
   if (counted > most_particles) {
     root.fail("particle", fmt::format("asks for more than {} particles", most_particles));
   }
-  if (counted > 0) scene.fill = read_fill(root.section("fill"), scene.is_planar);
+  if (counted > 0 || root.has("fill")) {
+    scene.fill = read_fill(root.section("fill"), scene.is_planar);
+  }
   if (counted == 0 && scene.places.empty()) {
     root.fail("particle", "places nothing: give a count and [fill], or [[place]]");
   }

@@ -50,16 +50,19 @@ std::optional<ProfilePoint> next_division(const Profile& profile,
   return ProfilePoint{outside, profile.half_width(outside)};
 }
 
-// The divisions from the left end on, and what is left of the last chord as a share of it.
+// The divisions from the left end on, and what is left of the last chord as a share of it; no more
+// than one beyond `most`.
 struct Divisions {
   std::vector<ProfilePoint> points;
   double chords = 0.0;  // whole ones and the share of the last
 };
 
-Divisions divide(const Profile& profile, double chord) {
+Divisions divide(const Profile& profile, double chord, int most) {
   Divisions divisions;
   ProfilePoint point{profile.from(), profile.half_width(profile.from())};
-  while (const auto next = next_division(profile, point, chord)) {
+  while (divisions.points.size() <= static_cast<std::size_t>(most)) {
+    const auto next = next_division(profile, point, chord);
+    if (!next) break;
     point = *next;
     divisions.points.push_back(point);
   }
@@ -151,16 +154,16 @@ ProfileFit fit_profile(const Profile& profile, int chords) {
   // 1. The chord length that ends on the profile's end: longer chords, fewer of them
   const double length = profile.to() - profile.from();
   double shorter = 0.5 * length / chords, longer = shorter;
-  while (divide(profile, longer).chords > chords) longer *= 1.2;
+  while (divide(profile, longer, chords).chords > chords) longer *= 1.2;
   for (int i = 0; i < kBisections; ++i) {
     const double middle = 0.5 * (shorter + longer);
-    (divide(profile, middle).chords > chords ? shorter : longer) = middle;
+    (divide(profile, middle, chords).chords > chords ? shorter : longer) = middle;
   }
   ProfileFit fit;
   fit.chord = longer;
 
   // 2. Spheres at the inner divisions
-  Divisions divisions = divide(profile, longer);
+  Divisions divisions = divide(profile, longer, chords);
   divisions.points.resize(std::min(divisions.points.size(), static_cast<std::size_t>(chords - 1)));
   for (const ProfilePoint& point : divisions.points) {
     const double tilt = profile.half_square_slope(point.x);
