@@ -55,7 +55,8 @@ cv::Point fixed(const cv::Point2d& pixel) {
           cvRound(std::clamp(pixel.y, -most, most) * (1 << shift))};
 }
 
-// Everything that should be in the picture: bounded walls and the particles that stay near them.
+// Everything that should be in the picture: bounded walls, the particles at the start, and those
+// that stay near the walls later.
 sim::Box scene_box(const SceneRun& run) {
   std::vector<sim::Wall> walls;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
@@ -77,7 +78,10 @@ sim::Box scene_box(const SceneRun& run) {
         const bool is_far = low < of_walls.low[axis] - room || high > of_walls.high[axis] + room;
         const bool is_between =
             middle[axis] >= of_walls.low[axis] && middle[axis] <= of_walls.high[axis];
-        if (bounded && (is_far || (is_between && reach[axis] > 0.0))) continue;
+        if (bounded &&
+            ((is_far && &frame != &run.frames.front()) || (is_between && reach[axis] > 0.0))) {
+          continue;
+        }
         box.low[axis] = std::min(box.low[axis], low);
         box.high[axis] = std::max(box.high[axis], high);
       }
