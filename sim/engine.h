@@ -58,6 +58,8 @@ class Engine {
   double largest_displacement() const;
   void move_walls_to(double time);
   void set_surface(int wall, double middle, double time);
+  void list_moving_walls();
+  void clear_wall_forces();
   bool integrate();
   std::string describe_overlap() const;
 
@@ -69,6 +71,9 @@ class Engine {
   std::vector<double> reach_squared_;  // m2; largest distance of a surface point from the centre
   std::vector<Wall> walls_at_rest_, walls_;
   std::vector<WallSurface<D>> wall_surfaces_;
+  std::vector<int> moving_walls_;     // that move, drag or open: of a mesh most do not
+  std::vector<int> loaded_walls_;     // with candidates near them in the last step
+  bool loaded_walls_are_old_ = true;  // the candidates have changed since
   ContactSearch<D> search_;
   ContactList<D> between_, with_walls_;
   std::vector<Touch<D>> touches_;

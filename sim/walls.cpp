@@ -119,17 +119,18 @@ void add_twist(const WallMotion& motion, double time, Twist& sum) {
   sum.spin += motion.angular_velocity;
 }
 
-// The points whose motion bounds that of the whole wall.
-std::vector<Vec3> outline_of(const Wall& wall) {
-  switch (wall.shape) {
-    case Wall::Shape::segment:
-      return {Vec3(wall.from.x(), 0.0, wall.from.y()), Vec3(wall.to.x(), 0.0, wall.to.y())};
-    case Wall::Shape::polygon:
-      return wall.corners;
-    case Wall::Shape::cylinder:
-      return {wall.point, wall.point + wall.length * wall.normal};
-    default:
-      return {wall.point};
+// Visits the points whose motion bounds that of the whole wall, and whose box, widened by the
+// radius, holds it.
+template <class Visitor>
+void visit_outline(const Wall& wall, Visitor visit) {
+  if (wall.shape == Wall::Shape::polygon) {
+    for (const Vec3& corner : wall.corners) visit(corner);
+  } else if (wall.shape == Wall::Shape::segment) {
+    visit(Vec3(wall.from.x(), 0.0, wall.from.y()));
+    visit(Vec3(wall.to.x(), 0.0, wall.to.y()));
+  } else {
+    visit(wall.point);
+    if (wall.shape == Wall::Shape::cylinder) visit(wall.point + wall.length * wall.normal);
   }
 }
 
@@ -222,9 +223,9 @@ double fastest_point(const Wall& wall) {
   const double turning = motion.angular_velocity.norm();
   if (turning > 0.0) {
     const Vec3 axis = motion.angular_velocity / turning;
-    for (const Vec3& point : outline_of(wall)) {
+    visit_outline(wall, [&](const Vec3& point) {
       farthest = std::max(farthest, axis.cross(point - motion.pivot).norm() + wall.radius);
-    }
+    });
   }
   return motion.velocity.norm() + turning * farthest;
 }
@@ -289,12 +290,11 @@ Box box_of(const Wall& wall) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Box box{Vec3::Constant(-kNone), Vec3::Constant(kNone)};
   if (wall.shape == Wall::Shape::plane || wall.shape == Wall::Shape::none) return box;
-  const std::vector<Vec3> outline = outline_of(wall);
-  box = {outline.front(), outline.front()};
-  for (const Vec3& point : outline) {
+  box = {box.high, box.low};
+  visit_outline(wall, [&](const Vec3& point) {
     box.low = box.low.cwiseMin(point);
     box.high = box.high.cwiseMax(point);
-  }
+  });
   box.low.array() -= wall.radius;
   box.high.array() += wall.radius;
   if (wall.shape == Wall::Shape::segment) {

@@ -158,6 +158,21 @@ TEST(Mesh, BallRollsOverSeamsAsOnOnePlane) {
   EXPECT_EQ(mesh.contacts().size(), 1u);
 }
 
+// With friction at work the spring starts anew on every facet: what that costs is bounded.
+TEST(Mesh, BallRollsDownASlopeAlmostAsOnOnePlane) {
+  Scene on_plane = at_rest_on_floor({{Vec3::Zero(), 0.01}}, 0.5);
+  const double slope = 20.0 * kPi / 180.0;
+  on_plane.gravity = kGravity * Vec3(std::sin(slope), 0.0, -std::cos(slope));
+  Scene on_mesh = on_plane;
+  on_plane.add_wall(with_material(plane_wall(Vec3::Zero(), Vec3::UnitZ())));
+  for (const Wall& wall : triangulated_floor(0.006, 42)) on_mesh.add_wall(wall);
+  Simulation plane(on_plane), mesh(on_mesh);
+  plane.run_until(0.3);
+  mesh.run_until(0.3);
+  const double speed = plane.state().velocity[0].x();
+  EXPECT_NEAR(mesh.state().velocity[0].x() / speed, 1.0, 1e-3);
+}
+
 int contacts_with(const std::vector<Wall>& walls, const Vec3& centre, double radius) {
   Scene scene;
   scene.add_material({1e9, 0.3});
