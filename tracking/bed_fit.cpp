@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace graintruth::tracking {
 
@@ -15,7 +16,7 @@ constexpr float reach_square = static_cast<float>(PlateLook::reach * PlateLook::
 }  // namespace
 
 BedFit::BedFit(const BedView& view,
-               const PlateLook& look,
+               const LitLook& look,
                cv::Mat1f contrast,
                int first_row,
                int row_step)
@@ -27,11 +28,15 @@ BedFit::BedFit(const BedView& view,
 
 BedFit::Placement BedFit::place(const datasets::Pose& pose) const {
   Placement placement;
-  const Eigen::Vector2d centre = view_.camera->project(pose.x, pose.z);
+  const Eigen::Vector2d centre =
+      view_.camera->project(Eigen::Vector3d(pose.x, pose.z, view_.height));
   placement.centre =
       (centre - Eigen::Vector2d(view_.region.x, view_.region.y)).cast<float>();
   const Eigen::Matrix2d jacobian = view_.camera->jacobian(pose.x, pose.z);
-  const double c = std::cos(pose.angle), s = std::sin(pose.angle);
+  // A plate looks the same after half a turn
+  const double angle = pose.angle - std::numbers::pi * std::floor(pose.angle / std::numbers::pi);
+  const double c = std::cos(angle), s = std::sin(angle);
+  placement.look = &look_->at(angle);
   Eigen::Matrix2d axes;  // from body coordinates to the plane
   axes << c * view_.shape.semi_major, -s * view_.shape.semi_minor, s * view_.shape.semi_major,
       c * view_.shape.semi_minor;
@@ -81,8 +86,9 @@ void BedFit::redraw(Plate& plate) {
   plate.placement = place(plate.fit.pose);
   plate.drawn.assign(static_cast<std::size_t>(plate.placement.box.area()), 0.0F);
   const auto gain = static_cast<float>(plate.fit.gain);
+  const PlateLook& surface = *plate.placement.look;
   visit(plate.placement, [&](int, int, int index, float u, float v) {
-    plate.drawn[static_cast<std::size_t>(index)] = gain * look_->at(u, v).value;
+    plate.drawn[static_cast<std::size_t>(index)] = gain * surface.at(u, v).value;
   });
   draw(plate, -1.0F);
 }
@@ -109,7 +115,7 @@ void BedFit::move(std::size_t plate, const datasets::Pose& pose) {
   redraw(plates_[plate]);
 }
 
-void BedFit::set_look(const PlateLook& look) {
+void BedFit::set_look(const LitLook& look) {
   look_ = &look;
   for (Plate& plate : plates_)
     if (plate.present) redraw(plate);
@@ -132,11 +138,12 @@ double BedFit::improve(std::size_t index, double longest_step) {
   const auto ratio = static_cast<float>(view_.shape.semi_minor / view_.shape.semi_major);
   const float c = placement.cosine, s = placement.sine;
   const auto gain = static_cast<float>(plate.fit.gain);
+  const PlateLook& surface = *placement.look;
   // Lower triangle of the normal equations, and their right side
   float normal[15] = {}, right[5] = {};
   visit(placement, [&](int row, int column, int i, float u, float v) {
     if ((row - first_row_) % row_step_ != 0 || !view_.usable(row, column)) return;
-    const PlateLook::Sample look = look_->at(u, v);
+    const PlateLook::Sample look = surface.at(u, v);
     // Lengths in semi-minor axes: S_u cos / a = S_u cos (b / a) / b
     const float d[5] = {gain * (look.along_v * s - ratio * look.along_u * c),
                         gain * (-look.along_v * c - ratio * look.along_u * s),
@@ -183,13 +190,14 @@ PlateFit BedFit::measure(std::size_t index) const {
   const auto ratio = static_cast<float>(view_.shape.semi_minor / view_.shape.semi_major);
   const float c = plate.placement.cosine, s = plate.placement.sine;
   const auto gain = static_cast<float>(fit.gain), ground = static_cast<float>(fit.ground);
+  const PlateLook& surface = *plate.placement.look;
   Eigen::Matrix<double, 5, 5> matrix = Eigen::Matrix<double, 5, 5>::Zero();
   double unexplained = 0.0, own = 0.0, near = 0.0;
   int inside = 0, used = 0;
   visit(plate.placement, [&](int row, int column, int i, float u, float v) {
     const bool on_plate = u * u + v * v < 1.0F;
     if ((row - first_row_) % row_step_ != 0 || !view_.usable(row, column)) return;
-    const PlateLook::Sample look = look_->at(u, v);
+    const PlateLook::Sample look = surface.at(u, v);
     const Eigen::Matrix<float, 5, 1> d{gain * (look.along_v * s - ratio * look.along_u * c),
                                        gain * (-look.along_v * c - ratio * look.along_u * s),
                                        gain * (look.along_u * v * ratio - look.along_v * u / ratio),
@@ -224,10 +232,11 @@ PlateFit BedFit::measure(std::size_t index) const {
 
 double BedFit::gain_at(const datasets::Pose& pose, double* score) const {
   const Placement placement = place(pose);
+  const PlateLook& surface = *placement.look;
   double product = 0.0, square = 0.0, seen_square = 0.0;
   visit(placement, [&](int row, int column, int, float u, float v) {
     if ((row - first_row_) % row_step_ != 0 || !view_.usable(row, column)) return;
-    const float value = look_->at(u, v).value, seen = residual_(row, column);
+    const float value = surface.at(u, v).value, seen = residual_(row, column);
     product += value * seen;
     square += value * value;
     if (u * u + v * v < 1.0F) seen_square += seen * seen;
@@ -238,15 +247,39 @@ double BedFit::gain_at(const datasets::Pose& pose, double* score) const {
   return gain;
 }
 
-void BedFit::gather(std::size_t index, PlateLook::Gatherer& gatherer) const {
+void BedFit::gather(std::size_t index,
+                    const PlateLook& unlit,
+                    PlateLook::Gatherer& gatherer) const {
   const Plate& plate = plates_[index];
-  const auto gain = static_cast<float>(plate.fit.gain), ground = static_cast<float>(plate.fit.ground);
-  visit(plate.placement, [&](int row, int column, int i, float u, float v) {
+  const auto gain = static_cast<float>(plate.fit.gain);
+  const auto ground = static_cast<float>(plate.fit.ground);
+  const PlateLook& surface = *plate.placement.look;
+  visit(plate.placement, [&](int row, int column, int, float u, float v) {
     if ((row - first_row_) % row_step_ != 0 || !view_.usable(row, column)) return;
-    const float cover = look_->at(u, v).cover;
-    const float own = residual_(row, column) + plate.drawn[static_cast<std::size_t>(i)] -
-                      ground * (1.0F - cover);
-    gatherer.add(u, v, own, gain);
+    const float rest = residual_(row, column) - ground * (1.0F - surface.at(u, v).cover);
+    gatherer.add(u, v, gain * unlit.at(u, v).value + rest, gain);
+  });
+}
+
+void BedFit::gather(std::size_t index, LightGatherer& gatherer) const {
+  const Plate& plate = plates_[index];
+  const auto gain = static_cast<float>(plate.fit.gain);
+  const auto ground = static_cast<float>(plate.fit.ground);
+  const auto ratio = static_cast<float>(view_.shape.semi_minor / view_.shape.semi_major);
+  const float c = plate.placement.cosine, s = plate.placement.sine;
+  const PlateLook& surface = *plate.placement.look;
+  visit(plate.placement, [&](int row, int column, int, float u, float v) {
+    if ((row - first_row_) % row_step_ != 0 || !view_.usable(row, column)) return;
+    const float r = std::hypot(u, v);
+    if (r < 1.0e-3F) return;
+    const PlateLook::Sample look = surface.at(u, v);
+    const Eigen::Vector2f normal = outline_normal(u, v, view_.shape);
+    const Eigen::Vector2f slope(look.along_u * c * ratio - look.along_v * s,
+                                look.along_u * s * ratio + look.along_v * c);
+    gatherer.add(r,
+                 {c * normal.x() - s * normal.y(), s * normal.x() + c * normal.y()},
+                 slope,
+                 (residual_(row, column) - ground * (1.0F - look.cover)) / gain);
   });
 }
 

@@ -29,6 +29,7 @@ struct PlateFit {
 struct BedView {
   const Camera* camera = nullptr;
   PlateShape shape;
+  double height = 0.0;  // m, of what is seen of a plate above the plane of the centres
   cv::Rect region;   // of the frame
   cv::Mat1b usable;  // of the region: 0 where a wall hides plates
 };
@@ -37,7 +38,8 @@ class BedFit {
  public:
   // `contrast` is that of the view's region. Only rows first_row, first_row + row_step, ... of the
   // region count (fields of an interlaced frame).
-  BedFit(const BedView& view, const PlateLook& look, cv::Mat1f contrast, int first_row, int row_step);
+  BedFit(
+      const BedView& view, const LitLook& look, cv::Mat1f contrast, int first_row, int row_step);
 
   // Adds a plate to the model and returns its index.
   std::size_t add(const datasets::Pose& pose, double gain);
@@ -60,10 +62,12 @@ class BedFit {
   // The same for a plate that is not in the model, as far as its residual goes.
   double gain_at(const datasets::Pose& pose, double* score) const;
 
-  // Adds what is seen of a plate to the mean look.
-  void gather(std::size_t plate, PlateLook::Gatherer& gatherer) const;
+  // Adds what is seen of a plate to the mean look (`unlit` is the part of it without side light)
+  // and to what is known of the light.
+  void gather(std::size_t plate, const PlateLook& unlit, PlateLook::Gatherer& gatherer) const;
+  void gather(std::size_t plate, LightGatherer& gatherer) const;
   // The look of all later steps; plates in the model are drawn anew.
-  void set_look(const PlateLook& look);
+  void set_look(const LitLook& look);
 
   // What no plate explains.
   const cv::Mat1f& residual() const { return residual_; }
@@ -74,6 +78,7 @@ class BedFit {
   struct Placement {
     Eigen::Vector2f centre;  // px in the region
     Eigen::Matrix2f to_body;
+    const PlateLook* look = nullptr;
     cv::Rect box;
     float cosine = 1.0F, sine = 0.0F;
   };
@@ -90,7 +95,7 @@ class BedFit {
   void visit(const Placement& placement, Visit&& visit) const;
 
   BedView view_;
-  const PlateLook* look_;
+  const LitLook* look_;
   cv::Mat1f residual_;  // contrast minus all plates in the model
   int first_row_, row_step_;
   std::vector<Plate> plates_;
