@@ -102,7 +102,8 @@ double read_orifice(TomlSection& section, const std::optional<FlatBin>& bin) {
   if (bin && width > bin->width) {
     section.fail(
         section.has("orifice_width_mm") ? "orifice_width_mm" : "orifice_width_m",
-        fmt::format("is {:.4g} mm, wider than the bin of {:.4g} mm", 1e3 * width, 1e3 * bin->width));
+        fmt::format(
+            "is {:.4g} mm, wider than the bin of {:.4g} mm", 1e3 * width, 1e3 * bin->width));
   }
   return width;
 }
@@ -239,9 +240,9 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     if (const auto corrections = section.optional_text("corrections")) {
       replicate.corrections = folder / *corrections;
       if (!std::filesystem::is_regular_file(replicate.corrections)) {
-        section.fail("corrections",
-                     fmt::format("names '{}', but there is no such file",
-                                 replicate.corrections.string()));
+        section.fail(
+            "corrections",
+            fmt::format("names '{}', but there is no such file", replicate.corrections.string()));
       }
     }
     section.finish();

@@ -97,12 +97,12 @@ struct Camera {
 };
 
 struct Replicate {
-  std::string name;              // stem of the file unless given
-  std::filesystem::path video;   // empty where tracks are given
-  std::filesystem::path tracks;  // CSV, see trajectories.h; empty where a video is given
+  std::string name;                     // stem of the file unless given
+  std::filesystem::path video;          // empty where tracks are given
+  std::filesystem::path tracks;         // CSV, see trajectories.h; empty where a video is given
   std::optional<double> frame_rate;     // Hz, where it is not the camera's
   std::optional<double> orifice_width;  // m, where it is not the rig's
-  std::filesystem::path corrections;    // CSV of corrections made by hand; empty where there are none
+  std::filesystem::path corrections;  // CSV of corrections made by hand; empty where there are none
 };
 
 // When and what is compared.

@@ -15,11 +15,8 @@ constexpr float reach_square = static_cast<float>(PlateLook::reach * PlateLook::
 
 }  // namespace
 
-BedFit::BedFit(const BedView& view,
-               const LitLook& look,
-               cv::Mat1f contrast,
-               int first_row,
-               int row_step)
+BedFit::BedFit(
+    const BedView& view, const LitLook& look, cv::Mat1f contrast, int first_row, int row_step)
     : view_(view),
       look_(&look),
       residual_(std::move(contrast)),
@@ -30,8 +27,7 @@ BedFit::Placement BedFit::place(const datasets::Pose& pose) const {
   Placement placement;
   const Eigen::Vector2d centre =
       view_.camera->project(Eigen::Vector3d(pose.x, pose.z, view_.height));
-  placement.centre =
-      (centre - Eigen::Vector2d(view_.region.x, view_.region.y)).cast<float>();
+  placement.centre = (centre - Eigen::Vector2d(view_.region.x, view_.region.y)).cast<float>();
   const Eigen::Matrix2d jacobian = view_.camera->jacobian(pose.x, pose.z);
   // A plate looks the same after half a turn
   const double angle = pose.angle - std::numbers::pi * std::floor(pose.angle / std::numbers::pi);
@@ -214,8 +210,8 @@ PlateFit BedFit::measure(std::size_t index) const {
     unexplained += rest * rest;
     own += seen * seen;
   });
-  const double area = std::abs(1.0 / plate.placement.to_body.determinant()) * 3.14159265358979 /
-                      row_step_;
+  const double area =
+      std::abs(1.0 / plate.placement.to_body.determinant()) * 3.14159265358979 / row_step_;
   fit.visible = std::min(1.0, inside / area);
   fit.score = own > 0.0 ? std::max(0.0, 1.0 - unexplained / own) : 0.0;
   fit.residual = std::sqrt(unexplained / std::max(1, inside));
@@ -225,8 +221,7 @@ PlateFit BedFit::measure(std::size_t index) const {
   const Eigen::Matrix<double, 5, 5> full = matrix.selfadjointView<Eigen::Lower>();
   const Eigen::Matrix3d inverse = full.inverse().topLeftCorner<3, 3>();
   const Eigen::Vector3d unit(b, b, 1.0);
-  fit.covariance =
-      (near / std::max(1, used - 5)) * unit.asDiagonal() * inverse * unit.asDiagonal();
+  fit.covariance = (near / std::max(1, used - 5)) * unit.asDiagonal() * inverse * unit.asDiagonal();
   return fit;
 }
 

@@ -17,10 +17,10 @@ namespace graintruth::tracking {
 
 struct PlateFit {
   datasets::Pose pose;
-  double gain = 0.0;     // brightness of the plate, grey levels of contrast
-  double ground = 0.0;   // contrast of the ground about it, grey levels
-  double score = 0.0;    // share of the plate's own contrast that the model explains, at most 1
-  double visible = 0.0;  // share of the plate's area inside the part of the picture that counts
+  double gain = 0.0;      // brightness of the plate, grey levels of contrast
+  double ground = 0.0;    // contrast of the ground about it, grey levels
+  double score = 0.0;     // share of the plate's own contrast that the model explains, at most 1
+  double visible = 0.0;   // share of the plate's area inside the part of the picture that counts
   double residual = 0.0;  // grey levels, rms over the plate
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of x, z, angle; white residuals
 };
@@ -30,16 +30,15 @@ struct BedView {
   const Camera* camera = nullptr;
   PlateShape shape;
   double height = 0.0;  // m, of what is seen of a plate above the plane of the centres
-  cv::Rect region;   // of the frame
-  cv::Mat1b usable;  // of the region: 0 where a wall hides plates
+  cv::Rect region;      // of the frame
+  cv::Mat1b usable;     // of the region: 0 where a wall hides plates
 };
 
 class BedFit {
  public:
   // `contrast` is that of the view's region. Only rows first_row, first_row + row_step, ... of the
   // region count (fields of an interlaced frame).
-  BedFit(
-      const BedView& view, const LitLook& look, cv::Mat1f contrast, int first_row, int row_step);
+  BedFit(const BedView& view, const LitLook& look, cv::Mat1f contrast, int first_row, int row_step);
 
   // Adds a plate to the model and returns its index.
   std::size_t add(const datasets::Pose& pose, double gain);

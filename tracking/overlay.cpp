@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "datasets/input_error.h"
+#include "tracking/video.h"
 
 namespace graintruth::tracking {
 
@@ -162,12 +163,12 @@ bool draw_overlay(const std::filesystem::path& video,
         return still.frame >= 0 && !still.file.empty();
       });
   if (files.film.empty() && !wants_stills) return true;
-  cv::VideoCapture capture(video.string(), cv::CAP_FFMPEG);
+  VideoReader reader(video, files.frame_rate);
   cv::VideoWriter writer;
   const std::filesystem::path temporary = unfinished(files.film);
   const std::size_t frames = findings.trajectories->frames();
   cv::Mat picture;
-  for (std::size_t frame = 0; frame < frames && capture.read(picture); ++frame) {
+  for (std::size_t frame = 0; frame < frames && reader.read(picture); ++frame) {
     if (stop && stop()) {
       writer.release();
       std::error_code ignored;

@@ -15,7 +15,8 @@ double touching_scale(const datasets::Pose& one,
     const double c = std::cos(angle), s = std::sin(angle);
     const double a2 = shape.semi_major * shape.semi_major, b2 = shape.semi_minor * shape.semi_minor;
     Eigen::Matrix2d result;
-    result << a2 * c * c + b2 * s * s, (a2 - b2) * c * s, (a2 - b2) * c * s, a2 * s * s + b2 * c * c;
+    result << a2 * c * c + b2 * s * s, (a2 - b2) * c * s, (a2 - b2) * c * s,
+        a2 * s * s + b2 * c * c;
     return result;
   };
   const Eigen::Matrix2d first = matrix(one.angle), second = matrix(other.angle);

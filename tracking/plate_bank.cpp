@@ -9,8 +9,8 @@ namespace graintruth::tracking {
 
 namespace {
 
-constexpr int angles = 12;            // 15 degrees apart: half of it turns a rim by a pixel or less
-constexpr double ring = 1.2;          // outer size of the ring; gaps between plates are as narrow
+constexpr int angles = 12;    // 15 degrees apart: half of it turns a rim by a pixel or less
+constexpr double ring = 1.2;  // outer size of the ring; gaps between plates are as narrow
 constexpr double least_response = 0.1;  // a plate deep in the bed still has gaps about it
 constexpr double overlap_limit = 0.8;   // touching scale below which two candidates are one
 
@@ -83,8 +83,7 @@ std::vector<PlateCandidate> find_plates(const BedView& view,
     for (int column = 0; column < best.cols; ++column) {
       const float response = best(row, column);
       if (response < least_response || response < highest(row, column)) continue;
-      const Eigen::Vector2d at =
-          camera.unproject({view.region.x + column, view.region.y + row});
+      const Eigen::Vector2d at = camera.unproject({view.region.x + column, view.region.y + row});
       maxima.push_back({{at.x(), at.y(), std::numbers::pi * best_angle(row, column) / angles},
                         response,
                         gains(row, column)});

@@ -1,5 +1,5 @@
-// Where plates may be when nothing is known yet: a bank of filters, one an angle, each the mean over
-// the plate minus the mean over a ring about it.
+// Where plates may be when nothing is known yet: a bank of filters, one an angle, each the mean
+// over the plate minus the mean over a ring about it.
 #pragma once
 
 #include <Eigen/Dense>

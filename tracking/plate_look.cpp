@@ -117,8 +117,7 @@ SideLight LightGatherer::light(const SideLight& before) const {
   SideLight result = before;
   if (!solution.allFinite()) return result;
   for (int i = 0; i < SideLight::nodes; ++i)
-    result.side[static_cast<std::size_t>(i)] +=
-        solution.segment<2>(2 + 2 * i).cast<float>();
+    result.side[static_cast<std::size_t>(i)] += solution.segment<2>(2 + 2 * i).cast<float>();
   return result;
 }
 

@@ -13,7 +13,8 @@ namespace graintruth::tracking {
 
 // What the lamps add on one side of a plate and take away on the other, in units of the plate's own
 // brightness: light(p) = side(r) . n, with r = sqrt(u^2 + v^2) and n the outline's normal there, in
-// the laboratory's frame (x, z). Rims, bevels and cast shadows do this; it turns not with the plate.
+// the laboratory's frame (x, z). Rims, bevels and cast shadows do this; it turns not with the
+// plate.
 struct SideLight {
   static constexpr int nodes = 27;  // r = 0, 0.05, ... 1.3
   static constexpr float spacing = 0.05F;
