@@ -225,6 +225,48 @@ PlateFit BedFit::measure(std::size_t index) const {
   return fit;
 }
 
+BedFit::Variances BedFit::variances(std::size_t index) const {
+  const Plate& plate = plates_[index];
+  const auto ratio = static_cast<float>(view_.shape.semi_minor / view_.shape.semi_major);
+  const float c = plate.placement.cosine, s = plate.placement.sine;
+  const auto gain = static_cast<float>(plate.fit.gain);
+  const auto ground = static_cast<float>(plate.fit.ground);
+  const PlateLook& surface = *plate.placement.look;
+  using Vector = Eigen::Matrix<double, 5, 1>;
+  using Matrix = Eigen::Matrix<double, 5, 5>;
+  constexpr int block = 6;  // pixels: transforms of video codecs are 4 or 8
+  const cv::Rect& box = plate.placement.box;
+  const int across = box.width / block + 1;
+  std::vector<Vector> sums(static_cast<std::size_t>(across * (box.height / block + 1)),
+                           Vector::Zero());
+  Matrix matrix = Matrix::Zero();
+  double square = 0.0;
+  int used = 0;
+  visit(plate.placement, [&](int row, int column, int, float u, float v) {
+    if ((row - first_row_) % row_step_ != 0 || !view_.usable(row, column)) return;
+    const PlateLook::Sample look = surface.at(u, v);
+    const Eigen::Matrix<float, 5, 1> d{gain * (look.along_v * s - ratio * look.along_u * c),
+                                       gain * (-look.along_v * c - ratio * look.along_u * s),
+                                       gain * (look.along_u * v * ratio - look.along_v * u / ratio),
+                                       look.value,
+                                       1.0F - look.cover};
+    const Vector slope = d.cast<double>();
+    const double rest = residual_(row, column) - ground * (1.0F - look.cover);
+    matrix.selfadjointView<Eigen::Lower>().rankUpdate(slope);
+    const int cell = (row - box.y) / block * across + (column - box.x) / block;
+    sums[static_cast<std::size_t>(cell)] += rest * slope;
+    square += rest * rest;
+    ++used;
+  });
+  for (int p = 0; p < 5; ++p) matrix(p, p) += 1.0e-3;
+  Matrix correlated = Matrix::Zero();
+  for (const Vector& sum : sums) correlated += sum * sum.transpose();
+  const Matrix inverse = Matrix(matrix.selfadjointView<Eigen::Lower>()).inverse();
+  const Matrix sandwich = inverse * correlated * inverse;
+  return {sandwich.diagonal().head<3>(),
+          (square / std::max(1, used - 5)) * inverse.diagonal().head<3>()};
+}
+
 double BedFit::gain_at(const datasets::Pose& pose, double* score) const {
   const Placement placement = place(pose);
   const PlateLook& surface = *placement.look;

@@ -58,7 +58,14 @@ class BedFit {
   const datasets::Pose& pose(std::size_t plate) const { return plates_[plate].fit.pose; }
   // The fit with its score and covariance at the present pose.
   PlateFit measure(std::size_t plate) const;
-  // The same for a plate that is not in the model, as far as its residual goes.
+  // Variances of x, z and angle as the residuals' own correlation makes them, over those that white
+  // residuals would make: sums over blocks of pixels in place of single ones (Liang and Zeger
+  // 1986).
+  struct Variances {
+    Eigen::Vector3d correlated, white;
+  };
+  Variances variances(std::size_t plate) const;
+  // Brightness and score of a plate that is not in the model, were it at `pose`.
   double gain_at(const datasets::Pose& pose, double* score) const;
 
   // Adds what is seen of a plate to the mean look (`unlit` is the part of it without side light)

@@ -6,8 +6,6 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 
-#include "datasets/experiment.h"
-
 namespace graintruth::tracking {
 
 // How the rows of a frame were taken: all at once, or the rows 0, 2, 4, ... before or after the
@@ -37,10 +35,5 @@ Scan detect_scan(const std::filesystem::path& film);
 // The rows 0, 2, 4, ... (parity 0) or 1, 3, 5, ... (parity 1) of a frame, the others filled in
 // between their neighbours, so that places in the picture stay what they were.
 cv::Mat field_of(const cv::Mat& frame, int parity);
-
-// The experiment with the rate at which pictures can be had from this film: twice the frame rate
-// where frames are woven of two fields and the stated rate is that of the frames.
-datasets::Experiment as_recorded(const datasets::Experiment& experiment,
-                                 const datasets::Replicate& replicate);
 
 }  // namespace graintruth::tracking
