@@ -111,6 +111,11 @@ void BedFit::move(std::size_t plate, const datasets::Pose& pose) {
   redraw(plates_[plate]);
 }
 
+void BedFit::restore(std::size_t plate, const PlateFit& fit) {
+  plates_[plate].fit = fit;
+  redraw(plates_[plate]);
+}
+
 void BedFit::set_look(const LitLook& look) {
   look_ = &look;
   for (Plate& plate : plates_)

@@ -54,6 +54,8 @@ class BedFit {
   double improve(std::size_t plate, double longest_step);
   // Moves a plate without fitting.
   void move(std::size_t plate, const datasets::Pose& pose);
+  // Back to what was measured before.
+  void restore(std::size_t plate, const PlateFit& fit);
 
   const datasets::Pose& pose(std::size_t plate) const { return plates_[plate].fit.pose; }
   // The fit with its score and covariance at the present pose.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <opencv2/imgproc.hpp>
 
 #include "tracking/assignment.h"
 #include "tracking/link.h"
@@ -21,7 +22,14 @@ constexpr double settled_px = 0.01;          // a plate that moves less is not f
 constexpr double longest_step_px = 2.5;
 constexpr int most_sweeps = 9;
 constexpr std::size_t memory_frames = 12;  // for gaps that are filled afterwards
-constexpr int inflation_interval = 8;      // frames
+constexpr int inflation_interval = 4;      // frames
+constexpr double moving_px = 0.5;          // a frame
+// A share of a plate's contrast that stays unexplained, over what is usual in the frame, that calls
+// for a second look; and a share that never does.
+constexpr double doubtful_ratio = 2.5, doubtless_share = 0.04;
+// Of the semi-minor axis, that gravity moves a plate beyond its prediction in a frame: below it
+// predictions are near enough to fit from.
+constexpr double coarse_share = 0.3;
 
 }  // namespace
 
@@ -41,8 +49,10 @@ BedTracks::BedTracks(const BedScene& scene, const FirstBed& bed, const cv::Mat& 
   }
 }
 
-Eigen::Vector3d BedTracks::variance_inflation() const {
-  return (true_variance_.array() / white_variance_.array().max(1.0e-30)).max(1.0);
+Eigen::Vector3d BedTracks::variance_inflation(bool moving) const {
+  const Inflation& inflation = inflation_[moving];
+  if (inflation.count == 0.0) return Eigen::Vector3d::Ones();
+  return (inflation.sum / inflation.count).cwiseMax(1.0);
 }
 
 Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose& pose) const {
@@ -79,6 +89,10 @@ datasets::Pose BedTracks::predict(const PlateTrack& track) const {
   return pose;
 }
 
+bool BedTracks::is_moving(const PlateTrack& track) const {
+  return std::hypot(track.velocity.x, track.velocity.z) > moving_px * pixel_;
+}
+
 bool BedTracks::has_left(const PlateFit& plate, const datasets::Pose& expected) const {
   return opened_at_ >= 0 && expected.z < -scene_.shape.semi_minor && plate.visible < least_visible;
 }
@@ -101,6 +115,88 @@ void BedTracks::fit_all(BedFit& fit, const std::vector<int>& index_of) {
       moved = moved || step[k] >= settled_px * pixel_;
     }
     if (sweep > 0 && !moved) break;
+  }
+}
+
+// Plates that the model explains worse than usual may sit in a false minimum: turned by a collision
+// or pushed aside. Each is fitted again from other angles, where it stands and where it was
+// predicted, and stays at the best. Returns whether any moved.
+bool BedTracks::retry_doubtful(BedFit& fit, const std::vector<int>& index_of) {
+  std::vector<double> unexplained(tracks_.size(), 0.0), sorted;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0) continue;
+    unexplained[k] = 1.0 - fit.measure(static_cast<std::size_t>(index_of[k])).score;
+    sorted.push_back(unexplained[k]);
+  }
+  if (sorted.empty()) return false;
+  std::nth_element(sorted.begin(),
+                   sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                   sorted.end());
+  const double limit = std::max(doubtless_share, doubtful_ratio * sorted[sorted.size() / 2]);
+  bool moved = false;
+  constexpr int turns = 6;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0 || unexplained[k] < limit) continue;
+    const auto index = static_cast<std::size_t>(index_of[k]);
+    const PlateFit start = fit.measure(index);
+    PlateFit best = start;
+    for (const datasets::Pose& from : {start.pose, tracks_[k].expected}) {
+      for (int turn = 0; turn < turns; ++turn) {
+        fit.move(
+            index,
+            {from.x, from.z, from.angle + axis_difference(std::numbers::pi * turn / turns, 0.0)});
+        for (int step = 0; step < 10; ++step)
+          if (fit.improve(index, longest_step_px * pixel_) < 5.0 * settled_px * pixel_) break;
+        const PlateFit tried = fit.measure(index);
+        const double change = tried.gain / tracks_[k].gain;
+        if (change > largest_gain_change || change < 1.0 / largest_gain_change) continue;
+        if (tried.score > best.score) best = tried;
+      }
+    }
+    best.pose.angle =
+        tracks_[k].expected.angle + axis_difference(best.pose.angle, tracks_[k].expected.angle);
+    fit.restore(index, best);
+    moved = moved || best.score > start.score;
+  }
+  return moved;
+}
+
+// Where gravity can carry plates far in a frame, each is first looked for as it looked in the last
+// frame, with its surroundings, at half the resolution.
+void BedTracks::match_coarsely(const cv::Mat1f& coarse) {
+  const double reach = 0.5 * 1.3 * fall_ / pixel_;                     // coarse pixels
+  const double window = 0.5 * 1.5 * scene_.shape.semi_major / pixel_;  // half of the pattern's side
+  const auto coarse_at = [&](const datasets::Pose& pose) {
+    const Eigen::Vector2d pixel = scene_.calibration.camera.project(pose.x, pose.z);
+    return Eigen::Vector2d(0.5 * (pixel.x() - scene_.region.x + 0.5) - 0.5,
+                           0.5 * (pixel.y() - scene_.region.y + 0.5) - 0.5);
+  };
+  const cv::Rect whole(0, 0, coarse.cols, coarse.rows);
+  for (PlateTrack& track : tracks_) {
+    if (track.left_at >= 0 || track.unseen > 0) continue;
+    const datasets::Pose& last = track.sightings.back()->pose;
+    const Eigen::Vector2d before = coarse_at(last), now = coarse_at(track.expected);
+    const int half = static_cast<int>(std::ceil(window)), far = static_cast<int>(std::ceil(reach));
+    const cv::Point from(static_cast<int>(std::lround(before.x())),
+                         static_cast<int>(std::lround(before.y())));
+    const cv::Point to(static_cast<int>(std::lround(now.x())),
+                       static_cast<int>(std::lround(now.y())));
+    const cv::Rect pattern(from.x - half, from.y - half, 2 * half + 1, 2 * half + 1);
+    const cv::Rect field(
+        to.x - half - far, to.y - half - far, 2 * (half + far) + 1, 2 * (half + far) + 1);
+    if ((pattern & whole) != pattern || (field & whole) != field) continue;
+    cv::Mat1f response;
+    cv::matchTemplate(coarse(field), coarse_(pattern), response, cv::TM_CCOEFF_NORMED);
+    cv::Point best;
+    cv::minMaxLoc(response, nullptr, nullptr, nullptr, &best);
+    // From the rounded places to the true ones
+    const Eigen::Vector2d shift(best.x - far + to.x - from.x + before.x() - now.x(),
+                                best.y - far + to.y - from.y + before.y() - now.y());
+    const Eigen::Vector2d plane =
+        scene_.calibration.camera.jacobian(track.expected.x, track.expected.z).inverse() *
+        (2.0 * shift);
+    track.expected.x += plane.x();
+    track.expected.z += plane.y();
   }
 }
 
@@ -142,6 +238,7 @@ void BedTracks::accept(PlateTrack& track, const PlateFit& plate, const cv::Mat& 
                                           plate.covariance,
                                           static_cast<float>(plate.score),
                                           static_cast<float>(plate.gain),
+                                          is_moving(track),
                                           false});
   track.expected = plate.pose;
   track.unseen = 0;
@@ -162,21 +259,32 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
   if (memory_.size() > memory_frames) memory_.pop_front();
   BedFit fit(open ? open_view_ : closed_view_, bed_.look, contrast.clone(), first_row, row_step);
 
-  // 1. Prediction, and all plates that were seen in the last frame fitted together
+  // 1. Prediction
+  cv::Mat1f coarse;
+  cv::resize(contrast, coarse, cv::Size(), 0.5, 0.5, cv::INTER_AREA);
   std::vector<int> index_of(tracks_.size(), -1);
   std::vector<std::size_t> waiting;
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
     PlateTrack& track = tracks_[k];
     if (track.left_at >= 0) continue;
     track.expected = predict(track);
+  }
+  if (open && fall_ > coarse_share * scene_.shape.semi_minor) match_coarsely(coarse);
+  coarse_ = coarse;
+
+  // 2. All plates that were seen in the last frame fitted together
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    const PlateTrack& track = tracks_[k];
+    if (track.left_at >= 0) continue;
     if (track.unseen == 0)
       index_of[k] = static_cast<int>(fit.add(track.expected, track.gain));
     else
       waiting.push_back(k);
   }
   fit_all(fit, index_of);
+  if (retry_doubtful(fit, index_of)) fit_all(fit, index_of);
 
-  // 2. Who has left, who is lost
+  // 3. Who has left, who is lost
   std::vector<PlateFit> measured(tracks_.size());
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
     if (index_of[k] < 0) continue;
@@ -196,19 +304,19 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
   }
   lost.insert(lost.end(), waiting.begin(), waiting.end());
 
-  // 3. The lost ones looked for in what the others leave unexplained
+  // 4. The lost ones looked for in what the others leave unexplained
   for (std::size_t k = 0; k < tracks_.size(); ++k)
     if (index_of[k] >= 0) accept(tracks_[k], measured[k], frame, number);
   if (!lost.empty()) recover(fit, frame, number, lost);
 
-  // 4. How far the residuals are from white
+  // 5. How far the residuals are from white
   if (number % inflation_interval == 0) {
-    for (const int index : index_of) {
-      if (index < 0) continue;
-      const BedFit::Variances variances = fit.variances(static_cast<std::size_t>(index));
-      const Eigen::Vector3d weight = variances.white.cwiseInverse();
-      true_variance_ += variances.correlated.cwiseProduct(weight);
-      white_variance_ += Eigen::Vector3d::Ones();
+    for (std::size_t k = 0; k < tracks_.size(); ++k) {
+      if (index_of[k] < 0) continue;
+      const BedFit::Variances variances = fit.variances(static_cast<std::size_t>(index_of[k]));
+      Inflation& inflation = inflation_[is_moving(tracks_[k])];
+      inflation.sum += variances.correlated.cwiseQuotient(variances.white);
+      inflation.count += 1.0;
     }
   }
 }
@@ -386,6 +494,7 @@ void BedTracks::fill_gap(std::size_t k, int from, int to) {
                                            plate.covariance,
                                            static_cast<float>(plate.score),
                                            static_cast<float>(plate.gain),
+                                           true,
                                            true};
   }
 }

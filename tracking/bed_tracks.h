@@ -3,6 +3,7 @@
 // missing stays expected until it is found again, and only below the orifice may a plate leave.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@ struct PlateSighting {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of x, z, angle; white residuals
   float score = 0.0F;
   float gain = 0.0F;
+  bool moving = false;  // faster than jitter
   bool filled = false;  // found afterwards, between frames in which it was seen
 };
 
@@ -41,8 +43,9 @@ class BedTracks {
   const std::vector<PlateTrack>& tracks() const { return tracks_; }
   // First frame in which the orifice is open; -1 while closed.
   int opened_at() const { return opened_at_; }
-  // Ratio of true to white variance of x, z and angle: neighbouring residuals err alike.
-  Eigen::Vector3d variance_inflation() const;
+  // Ratio of true to white variance of x, z and angle, for plates at rest and in motion:
+  // neighbouring residuals err alike, and motion adds errors of its own.
+  Eigen::Vector3d variance_inflation(bool moving) const;
   int losses() const { return losses_; }          // times that a plate was not where predicted
   int recoveries() const { return recoveries_; }  // and was found again in the same frame
   const std::vector<int>& doubtful_frames() const { return doubtful_frames_; }
@@ -62,8 +65,11 @@ class BedTracks {
   };
 
   datasets::Pose predict(const PlateTrack& track) const;
+  void match_coarsely(const cv::Mat1f& coarse);
   void fit_all(BedFit& fit, const std::vector<int>& index_of);
+  bool retry_doubtful(BedFit& fit, const std::vector<int>& index_of);
   bool is_lost(const PlateFit& plate, const PlateTrack& track) const;
+  bool is_moving(const PlateTrack& track) const;
   bool has_left(const PlateFit& plate, const datasets::Pose& expected) const;
   std::vector<std::size_t> find_lost(const std::vector<int>& index_of,
                                      const std::vector<PlateFit>& measured) const;
@@ -82,8 +88,12 @@ class BedTracks {
   int opened_at_ = -1;
   std::vector<PlateTrack> tracks_;
   std::deque<Memory> memory_;
-  Eigen::Vector3d true_variance_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d white_variance_ = Eigen::Vector3d::Zero();
+  struct Inflation {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double count = 0.0;
+  };
+  std::array<Inflation, 2> inflation_;  // at rest, in motion
+  cv::Mat1f coarse_;                    // contrast of the last frame at half the resolution
   int losses_ = 0, recoveries_ = 0;
   std::vector<int> doubtful_frames_;
 };
