@@ -1,6 +1,7 @@
 #include "tracking/bed_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -245,6 +246,10 @@ BedFit::Variances BedFit::variances(std::size_t index) const {
   std::vector<Vector> sums(static_cast<std::size_t>(across * (box.height / block + 1)),
                            Vector::Zero());
   Matrix matrix = Matrix::Zero();
+  // The two parts: normal equations and right sides
+  std::array<Matrix, 2> part_matrix = {Matrix::Zero(), Matrix::Zero()};
+  std::array<Vector, 2> part_right = {Vector::Zero(), Vector::Zero()};
+  constexpr float inner = 0.6F * 0.6F;
   double square = 0.0;
   int used = 0;
   visit(plate.placement, [&](int row, int column, int, float u, float v) {
@@ -260,6 +265,9 @@ BedFit::Variances BedFit::variances(std::size_t index) const {
     matrix.selfadjointView<Eigen::Lower>().rankUpdate(slope);
     const int cell = (row - box.y) / block * across + (column - box.x) / block;
     sums[static_cast<std::size_t>(cell)] += rest * slope;
+    const std::size_t part = u * u + v * v < inner ? 0 : 1;
+    part_matrix[part].selfadjointView<Eigen::Lower>().rankUpdate(slope);
+    part_right[part] += rest * slope;
     square += rest * rest;
     ++used;
   });
@@ -268,8 +276,18 @@ BedFit::Variances BedFit::variances(std::size_t index) const {
   for (const Vector& sum : sums) correlated += sum * sum.transpose();
   const Matrix inverse = Matrix(matrix.selfadjointView<Eigen::Lower>()).inverse();
   const Matrix sandwich = inverse * correlated * inverse;
-  return {sandwich.diagonal().head<3>(),
-          (square / std::max(1, used - 5)) * inverse.diagonal().head<3>()};
+  const double white = square / std::max(1, used - 5);
+  Vector difference = Vector::Zero(), expected = Vector::Zero();
+  for (std::size_t part = 0; part < 2; ++part) {
+    Matrix whole = part_matrix[part].selfadjointView<Eigen::Lower>();
+    // Inside there is no ground
+    for (int p = 0; p < 5; ++p) whole(p, p) += 1.0;
+    const Matrix part_inverse = whole.inverse();
+    difference += (part == 0 ? 1.0 : -1.0) * part_inverse * part_right[part];
+    expected += white * part_inverse.diagonal();
+  }
+  return {(sandwich.diagonal().cwiseQuotient(white * inverse.diagonal())).head<3>(),
+          difference.cwiseAbs2().cwiseQuotient(expected).head<3>()};
 }
 
 double BedFit::gain_at(const datasets::Pose& pose, double* score) const {

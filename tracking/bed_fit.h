@@ -60,11 +60,12 @@ class BedFit {
   const datasets::Pose& pose(std::size_t plate) const { return plates_[plate].fit.pose; }
   // The fit with its score and covariance at the present pose.
   PlateFit measure(std::size_t plate) const;
-  // Variances of x, z and angle as the residuals' own correlation makes them, over those that white
-  // residuals would make: sums over blocks of pixels in place of single ones (Liang and Zeger
-  // 1986).
+  // Squared errors of x, z and angle over what white residuals would make of them. `blocks`: sums
+  // over blocks of pixels in place of single ones (Liang and Zeger 1986). `halves`: the inner and
+  // the outer part of the plate asked separately, which tells of errors that a whole part shares,
+  // such as holes that a codec lets lag behind a turning rim.
   struct Variances {
-    Eigen::Vector3d correlated, white;
+    Eigen::Vector3d blocks, halves;
   };
   Variances variances(std::size_t plate) const;
   // Brightness and score of a plate that is not in the model, were it at `pose`.

@@ -23,7 +23,8 @@ constexpr double longest_step_px = 2.5;
 constexpr int most_sweeps = 9;
 constexpr std::size_t memory_frames = 12;  // for gaps that are filled afterwards
 constexpr int inflation_interval = 4;      // frames
-constexpr double moving_px = 0.5;          // a frame
+constexpr double rest_px = 0.1;            // a frame; jitter is less
+constexpr double fast_share = 0.25;        // of the semi-minor axis, a frame
 // A share of a plate's contrast that stays unexplained, over what is usual in the frame, that calls
 // for a second look; and a share that never does.
 constexpr double doubtful_ratio = 2.5, doubtless_share = 0.04;
@@ -49,10 +50,14 @@ BedTracks::BedTracks(const BedScene& scene, const FirstBed& bed, const cv::Mat& 
   }
 }
 
-Eigen::Vector3d BedTracks::variance_inflation(bool moving) const {
-  const Inflation& inflation = inflation_[moving];
+// Codecs shift blocks of pixels but cannot turn them, so that parts of a turning plate lag behind
+// each other: the angle's errors are asked of both parts. Position errors show in blocks.
+Eigen::Vector3d BedTracks::variance_inflation(Pace pace) const {
+  const Inflation& inflation = inflation_[static_cast<std::size_t>(pace)];
   if (inflation.count == 0.0) return Eigen::Vector3d::Ones();
-  return (inflation.sum / inflation.count).cwiseMax(1.0);
+  Eigen::Vector3d result = inflation.blocks / inflation.count;
+  result[2] = std::max(result[2], inflation.halves[2] / inflation.count);
+  return result.cwiseMax(1.0);
 }
 
 Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose& pose) const {
@@ -89,8 +94,12 @@ datasets::Pose BedTracks::predict(const PlateTrack& track) const {
   return pose;
 }
 
-bool BedTracks::is_moving(const PlateTrack& track) const {
-  return std::hypot(track.velocity.x, track.velocity.z) > moving_px * pixel_;
+// By how far the rim moves in a frame.
+Pace BedTracks::pace_of(const PlateTrack& track) const {
+  const double travel = std::hypot(track.velocity.x, track.velocity.z) +
+                        scene_.shape.semi_major * std::abs(track.velocity.angle);
+  if (travel < rest_px * pixel_) return Pace::rest;
+  return travel < fast_share * scene_.shape.semi_minor ? Pace::slow : Pace::fast;
 }
 
 bool BedTracks::has_left(const PlateFit& plate, const datasets::Pose& expected) const {
@@ -238,7 +247,7 @@ void BedTracks::accept(PlateTrack& track, const PlateFit& plate, const cv::Mat& 
                                           plate.covariance,
                                           static_cast<float>(plate.score),
                                           static_cast<float>(plate.gain),
-                                          is_moving(track),
+                                          pace_of(track),
                                           false});
   track.expected = plate.pose;
   track.unseen = 0;
@@ -314,8 +323,9 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
     for (std::size_t k = 0; k < tracks_.size(); ++k) {
       if (index_of[k] < 0) continue;
       const BedFit::Variances variances = fit.variances(static_cast<std::size_t>(index_of[k]));
-      Inflation& inflation = inflation_[is_moving(tracks_[k])];
-      inflation.sum += variances.correlated.cwiseQuotient(variances.white);
+      Inflation& inflation = inflation_[static_cast<std::size_t>(pace_of(tracks_[k]))];
+      inflation.blocks += variances.blocks;
+      inflation.halves += variances.halves;
       inflation.count += 1.0;
     }
   }
@@ -494,7 +504,7 @@ void BedTracks::fill_gap(std::size_t k, int from, int to) {
                                            plate.covariance,
                                            static_cast<float>(plate.score),
                                            static_cast<float>(plate.gain),
-                                           true,
+                                           pace_of(track),
                                            true};
   }
 }

@@ -13,13 +13,16 @@
 
 namespace graintruth::tracking {
 
+// How fast a plate is: errors differ.
+enum class Pace { rest, slow, fast };
+
 // A plate seen in one frame.
 struct PlateSighting {
   datasets::Pose pose;                                   // angle continuous along the track
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of x, z, angle; white residuals
   float score = 0.0F;
   float gain = 0.0F;
-  bool moving = false;  // faster than jitter
+  Pace pace = Pace::rest;
   bool filled = false;  // found afterwards, between frames in which it was seen
 };
 
@@ -43,9 +46,9 @@ class BedTracks {
   const std::vector<PlateTrack>& tracks() const { return tracks_; }
   // First frame in which the orifice is open; -1 while closed.
   int opened_at() const { return opened_at_; }
-  // Ratio of true to white variance of x, z and angle, for plates at rest and in motion:
-  // neighbouring residuals err alike, and motion adds errors of its own.
-  Eigen::Vector3d variance_inflation(bool moving) const;
+  // Ratio of true to white variance of x, z and angle: neighbouring residuals err alike, and motion
+  // adds errors of its own.
+  Eigen::Vector3d variance_inflation(Pace pace) const;
   int losses() const { return losses_; }          // times that a plate was not where predicted
   int recoveries() const { return recoveries_; }  // and was found again in the same frame
   const std::vector<int>& doubtful_frames() const { return doubtful_frames_; }
@@ -69,7 +72,7 @@ class BedTracks {
   void fit_all(BedFit& fit, const std::vector<int>& index_of);
   bool retry_doubtful(BedFit& fit, const std::vector<int>& index_of);
   bool is_lost(const PlateFit& plate, const PlateTrack& track) const;
-  bool is_moving(const PlateTrack& track) const;
+  Pace pace_of(const PlateTrack& track) const;
   bool has_left(const PlateFit& plate, const datasets::Pose& expected) const;
   std::vector<std::size_t> find_lost(const std::vector<int>& index_of,
                                      const std::vector<PlateFit>& measured) const;
@@ -89,10 +92,10 @@ class BedTracks {
   std::vector<PlateTrack> tracks_;
   std::deque<Memory> memory_;
   struct Inflation {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d blocks = Eigen::Vector3d::Zero(), halves = Eigen::Vector3d::Zero();
     double count = 0.0;
   };
-  std::array<Inflation, 2> inflation_;  // at rest, in motion
+  std::array<Inflation, 3> inflation_;  // one a pace
   cv::Mat1f coarse_;                    // contrast of the last frame at half the resolution
   int losses_ = 0, recoveries_ = 0;
   std::vector<int> doubtful_frames_;

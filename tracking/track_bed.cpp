@@ -292,8 +292,9 @@ datasets::Trajectories BedTracker::trajectories_of(const BedTracks& tracks,
       datasets::make_trajectories(static_cast<std::size_t>(frames), count, true);
   for (int k = 0; k < frames; ++k)
     out.time[static_cast<std::size_t>(k)] = k / experiment_.camera.frame_rate - zero;
-  const std::array<Eigen::Vector3d, 2> inflation = {tracks.variance_inflation(false),
-                                                    tracks.variance_inflation(true)};
+  const std::array<Eigen::Vector3d, 3> inflation = {tracks.variance_inflation(Pace::rest),
+                                                    tracks.variance_inflation(Pace::slow),
+                                                    tracks.variance_inflation(Pace::fast)};
   std::vector<double> position_sigmas, angle_sigmas, residuals;
   double score_sum = 0.0, least = 1.0;
   long expected = 0;
@@ -312,8 +313,8 @@ datasets::Trajectories BedTracker::trajectories_of(const BedTracks& tracks,
       }
       ++detections;
       const PlateSighting& sighting = *track.sightings[frame];
-      Eigen::Vector3d variance =
-          sighting.covariance.diagonal().cwiseProduct(inflation[sighting.moving]);
+      Eigen::Vector3d variance = sighting.covariance.diagonal().cwiseProduct(
+          inflation[static_cast<std::size_t>(sighting.pace)]);
       variance.head<2>() +=
           scene_->calibration.point_covariance(sighting.pose.x, sighting.pose.z).diagonal();
       // The outline's height above the plane is known to the quarter of the thickness that
