@@ -118,6 +118,60 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
   micro.callback([&] { status = run_new(command); });
 }
 
+// An option whose unit is in its name, stored in SI.
+void add_length(CLI::App& verb, const char* name, const char* what, double& metres) {
+  constexpr double millimetre = 1e-3;
+  verb.add_option_function<double>(
+          name, [&metres](double value) { metres = value * millimetre; }, what)
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+}
+
+void add_fit(CLI::App& program, app::FitCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "fit",
+                            "Beverloo's and the kinematic law on a table of one's own",
+                            "fit beverloo rates.csv --diameter-mm 12.1");
+  verb.require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, const char* example) -> CLI::App& {
+    CLI::App& part = add_verb(verb, name, what, example);
+    part.add_option("data", command.data, "Table with a header; units stand in the column names")
+        ->type_name("DATA.csv")
+        ->required();
+    add_length(part, "--diameter-mm", "Diameter of a particle", command.diameter);
+    part.add_option("--form", command.form, "default, or thesis: the thesis's own form")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"default", "thesis"}));
+    part.add_option("--out", command.common.out, "Folder for result.json")->type_name("DIR");
+    part.add_flag("--json", command.common.json, "Result as JSON on stdout");
+    return part;
+  };
+  CLI::App& beverloo =
+      add("beverloo",
+          "C and k from flow rates through orifices of different width. Columns: orifice_cm, "
+          "flow_rate_g_per_s, areal_density_g_per_cm2 (slot) or bulk_density_g_per_cm3 (circular); "
+          "flow_rate_standard_uncertainty_g_per_s and particle_diameter_mm if known",
+          "fit beverloo datasets/thesis/table_4_4_beverloo_experiment.csv --diameter-mm 12.095");
+  beverloo.add_option("--law", command.law, "slot: one layer; circular: a round hole")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"slot", "circular"}));
+  beverloo.add_option("--k", command.imposed_k, "Impose k for the C of each row")
+      ->check(CLI::NonNegativeNumber);
+  beverloo.add_option("--gravity-m-per-s2", command.gravity, "Gravity")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  beverloo.callback([&] { status = run_fit_beverloo(command); });
+  CLI::App& kinematic =
+      add("kinematic",
+          "B from a velocity profile across the bed. Columns: x_cm, velocity_cm_per_s; "
+          "velocity_standard_uncertainty_cm_per_s if known",
+          "fit kinematic profile.csv --height-mm 90 --orifice-mm 75 --diameter-mm 12.1");
+  add_length(kinematic, "--height-mm", "Height of the profile above the orifice", command.height);
+  kinematic.get_option("--height-mm")->required();
+  add_length(kinematic, "--orifice-mm", "Width of the orifice", command.orifice);
+  kinematic.callback([&] { status = run_fit_kinematic(command); });
+}
+
 void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "journal",
@@ -201,6 +255,7 @@ int main(int argc, char** argv) {
   app::CheckCommand check;
   app::NewCommand new_experiment;
   app::JournalCommand journal;
+  app::FitCommand fit;
   int status = done;
 
   CLI::App& calibrate_verb =
@@ -266,6 +321,7 @@ int main(int argc, char** argv) {
   add_evaluate(program, evaluate, status);
   add_check(program, check, status);
   add_new(program, new_experiment, status);
+  add_fit(program, fit, status);
   add_journal(program, journal, status);
 
   const std::string command_line = joined(argc, argv);
