@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bulk_summary.h"
 #include "app/session.h"
 
 namespace graintruth::app {
@@ -10,6 +11,10 @@ namespace graintruth::app {
 int run_track(const TrackCommand& command) {
   Session session("track", command.common, command.experiment);
   session.track();
+  std::string measured;
+  if (session.experiment().rig.bin && session.experiment().particle.plate)
+    measured =
+        write_bulk_measurements(session.experiment(), session.films().tracks, session.folder());
   write_run_record(session.folder(), command.common, session.experiment(), session.record());
   const std::string tracking = datasets::read_whole(session.folder().tracking());
   if (command.common.json) {
@@ -29,6 +34,7 @@ int run_track(const TrackCommand& command) {
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }
+  fmt::print("{}", measured);
   fmt::print("Tracks and overlays: {}\n", (session.folder().root / "tracks").string());
   return 0;
 }
