@@ -51,7 +51,9 @@ int index_of(TomlSection& section,
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
     std::string known;
-    for (const std::string& each : names) known += (known.empty() ? "'" : ", '") + each + "'";
+    for (const std::string& each : names) {
+      known += fmt::format("{}'{}'", known.empty() ? "" : ", ", each);
+    }
     section.fail(key, fmt::format("names '{}', but known are {}", name, known));
   }
   return static_cast<int>(found - names.begin());
