@@ -91,6 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
     SceneDoor,
     testing::Values(
         BadScene{"dimensions = 2", "dimensions = 4", "'dimensions'"},
+        BadScene{"dimensions = 2", "dimensions = tr", "not valid TOML"},
         BadScene{"title =", "titel =", "'title'"},
         BadScene{"poisson_ratio = 0.30", "poisson_ratio = 0.6", "'material.poisson_ratio' is 0.6"},
         BadScene{"elastic_modulus_mpa", "elastic_modulus_psi", "has no unit that fits"},
