@@ -36,7 +36,17 @@ Particle read_particle(TomlSection section) {
                                 sphere.quantity("radius", length_units, positive)});
     sphere.finish();
   }
-  if (particle.spheres.empty()) {
+  if (auto plate = section.optional_section("plate")) {
+    particle.plate = EllipticalPlate{plate->quantity("semi_major", length_units, positive),
+                                     plate->quantity("semi_minor", length_units, positive),
+                                     plate->quantity("thickness", length_units, positive)};
+    if (particle.plate->semi_minor > particle.plate->semi_major) {
+      plate->fail(plate->has("semi_minor_mm") ? "semi_minor_mm" : "semi_minor_m",
+                  "must not exceed semi_major (both are half axes)");
+    }
+    plate->finish();
+  }
+  if (particle.spheres.empty() && !particle.plate) {
     section.fail("spheres",
                  "is missing; write spheres = [{offset_mm = ..., radius_mm = ...}, ...]");
   }
@@ -75,6 +85,43 @@ void read_hopper_column_piston(TomlSection& section, Rig& rig) {
   rig.piston = Piston{.face_z = face, .left_x = -half, .right_x = half, .velocity_z = -speed};
 }
 
+// Side walls, and the floor left and right of the orifice.
+std::vector<Wall> walls_of(const FlatBin& bin) {
+  const double side = 0.5 * bin.width, edge = 0.5 * bin.orifice_width;
+  std::vector<Wall> walls = {{"side_left", -side, 0.0, -side, bin.height},
+                             {"side_right", side, 0.0, side, bin.height}};
+  if (edge < side) {
+    walls.push_back({"floor_left", -side, 0.0, -edge, 0.0});
+    walls.push_back({"floor_right", edge, 0.0, side, 0.0});
+  }
+  return walls;
+}
+
+double read_orifice(TomlSection& section, const std::optional<FlatBin>& bin) {
+  const double width = section.quantity("orifice_width", length_units, positive);
+  if (bin && width > bin->width) {
+    section.fail(
+        section.has("orifice_width_mm") ? "orifice_width_mm" : "orifice_width_m",
+        fmt::format(
+            "is {:.4g} mm, wider than the bin of {:.4g} mm", 1e3 * width, 1e3 * bin->width));
+  }
+  return width;
+}
+
+bool gives_orifice(TomlSection& section) {
+  return section.has("orifice_width_m") || section.has("orifice_width_cm") ||
+         section.has("orifice_width_mm");
+}
+
+void read_flat_bin_orifice(TomlSection& section, Rig& rig) {
+  FlatBin bin;
+  bin.width = section.quantity("bin_width", length_units, positive);
+  bin.height = section.quantity("bin_height", length_units, positive);
+  rig.bin = bin;
+  if (gives_orifice(section)) rig.bin->orifice_width = read_orifice(section, rig.bin);
+  rig.walls = walls_of(*rig.bin);
+}
+
 void read_walls(TomlSection& section, Rig& rig) {
   for (TomlSection& wall : section.sections("wall")) {
     rig.walls.push_back({wall.optional_text("name").value_or(""),
@@ -108,11 +155,15 @@ Rig read_rig(TomlSection section) {
   const std::string kind = section.text("kind");
   if (kind == "hopper_column_piston") {
     read_hopper_column_piston(section, rig);
+  } else if (kind == "flat_bin_orifice") {
+    read_flat_bin_orifice(section, rig);
   } else if (kind == "walls") {
     read_walls(section, rig);
   } else {
     section.fail("kind",
-                 fmt::format("is '{}', but must be 'hopper_column_piston' or 'walls'", kind));
+                 fmt::format("is '{}', but must be 'hopper_column_piston', 'flat_bin_orifice' or "
+                             "'walls'",
+                             kind));
   }
   section.finish();
   return rig;
@@ -153,7 +204,9 @@ std::vector<StartPlace> read_starts(TomlSection& root, int count) {
   return starts;
 }
 
-std::vector<Replicate> read_replicates(TomlSection& root, const std::filesystem::path& folder) {
+std::vector<Replicate> read_replicates(TomlSection& root,
+                                       const std::filesystem::path& folder,
+                                       const std::optional<FlatBin>& bin) {
   std::vector<Replicate> replicates;
   std::set<std::string> names;
   for (TomlSection& section : root.sections("replicate")) {
@@ -176,6 +229,21 @@ std::vector<Replicate> read_replicates(TomlSection& root, const std::filesystem:
     if (!names.insert(replicate.name).second) {
       section.fail(section.has("name") ? "name" : key,
                    fmt::format("makes a second replicate called '{}'", replicate.name));
+    }
+    replicate.frame_rate = section.optional_quantity("frame_rate", rate_units, positive);
+    if (gives_orifice(section)) {
+      if (!bin) section.fail("orifice_width_mm", "needs a rig of kind 'flat_bin_orifice'");
+      replicate.orifice_width = read_orifice(section, bin);
+    } else if (bin && bin->orifice_width == 0.0) {
+      section.fail("orifice_width_mm", "is missing; give it here or once in [rig]");
+    }
+    if (const auto corrections = section.optional_text("corrections")) {
+      replicate.corrections = folder / *corrections;
+      if (!std::filesystem::is_regular_file(replicate.corrections)) {
+        section.fail(
+            "corrections",
+            fmt::format("names '{}', but there is no such file", replicate.corrections.string()));
+      }
     }
     section.finish();
     replicates.push_back(std::move(replicate));
@@ -222,7 +290,7 @@ Experiment load_experiment(const std::filesystem::path& file) {
   experiment.material = read_material(root.section("material"));
   experiment.rig = read_rig(root.section("rig"));
   experiment.starts = read_starts(root, experiment.particle.count);
-  experiment.replicates = read_replicates(root, file.parent_path());
+  experiment.replicates = read_replicates(root, file.parent_path(), experiment.rig.bin);
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
   experiment.camera = read_camera(root.section("camera"), films);
@@ -235,6 +303,16 @@ Experiment load_experiment(const std::filesystem::path& file) {
   if (auto section = root.optional_section("tune")) experiment.tuned = read_tuned(*section);
   root.finish();
   return experiment;
+}
+
+Experiment as_filmed(const Experiment& experiment, const Replicate& replicate) {
+  Experiment filmed = experiment;
+  filmed.camera.frame_rate = replicate.frame_rate.value_or(experiment.camera.frame_rate);
+  if (filmed.rig.bin && replicate.orifice_width) {
+    filmed.rig.bin->orifice_width = *replicate.orifice_width;
+    filmed.rig.walls = walls_of(*filmed.rig.bin);
+  }
+  return filmed;
 }
 
 std::map<std::string, double> read_parameter_table(const std::filesystem::path& file) {

@@ -22,10 +22,18 @@ struct AxialSphere {
   double radius = 0.0;  // m
 };
 
+// A flat plate with an elliptical outline that stands upright in the picture plane: a button.
+struct EllipticalPlate {
+  double semi_major = 0.0;  // m
+  double semi_minor = 0.0;  // m
+  double thickness = 0.0;   // m, along y
+};
+
 struct Particle {
-  int count = 0;                     // how many lie in the rig
-  std::vector<AxialSphere> spheres;  // at least one
-  double mass = 0.0;                 // kg
+  int count = 0;                         // how many lie in the rig
+  std::vector<AxialSphere> spheres;      // at least one, unless the particle is a plate
+  std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
+  double mass = 0.0;                     // kg
 };
 
 struct Material {
@@ -51,9 +59,18 @@ struct Piston {
   double velocity_z = 0.0;  // m/s, negative downwards
 };
 
+// An upright bin with a flat floor and an orifice in its middle, closed until the start event. The
+// origin is the middle of the orifice on the floor's upper face.
+struct FlatBin {
+  double width = 0.0;          // m, between the side walls
+  double height = 0.0;         // m, of the side walls above the floor
+  double orifice_width = 0.0;  // m; 0 where only the replicates tell it
+};
+
 struct Rig {
   std::vector<Wall> walls;
   std::optional<Piston> piston;
+  std::optional<FlatBin> bin;
   double front_back_gap = 0.0;  // m, clear distance of the panes; the particles move in one layer
   double gravity = 9.81;        // m/s2, along -z
 };
@@ -80,9 +97,12 @@ struct Camera {
 };
 
 struct Replicate {
-  std::string name;              // stem of the file unless given
-  std::filesystem::path video;   // empty where tracks are given
-  std::filesystem::path tracks;  // CSV, see trajectories.h; empty where a video is given
+  std::string name;                     // stem of the file unless given
+  std::filesystem::path video;          // empty where tracks are given
+  std::filesystem::path tracks;         // CSV, see trajectories.h; empty where a video is given
+  std::optional<double> frame_rate;     // Hz, where it is not the camera's
+  std::optional<double> orifice_width;  // m, where it is not the rig's
+  std::filesystem::path corrections;  // CSV of corrections made by hand; empty where there are none
 };
 
 // When and what is compared.
@@ -117,6 +137,10 @@ struct Experiment {
 // for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does
 // not open videos or tracks, but they must exist.
 Experiment load_experiment(const std::filesystem::path& file);
+
+// The experiment as one replicate was made and filmed: with its own orifice and frame rate in `rig`
+// and `camera`.
+Experiment as_filmed(const Experiment& experiment, const Replicate& replicate);
 
 // A TOML file of contact parameters, name = value, with the names that TunedParameter knows. Throws
 // InputError for an unknown name or an impossible value.

@@ -108,7 +108,11 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
 std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
                                              const std::vector<datasets::Fiducial>& fiducials,
                                              double pixel_aspect) {
-  const std::vector<DarkDot> dots = find_dark_dots(grey);
+  std::vector<DarkDot> dots = find_dark_dots(grey);
+  // Printed dots are larger than the texture of what was filmed: they are tried first.
+  std::stable_sort(dots.begin(), dots.end(), [](const DarkDot& a, const DarkDot& b) {
+    return a.diameter > b.diameter;
+  });
   const auto lab = [&](std::size_t i) { return Eigen::Vector2d(fiducials[i].x, fiducials[i].z); };
   const auto corrected = [&](std::size_t k) {
     return Eigen::Vector2d(pixel_aspect * dots[k].centre.x(), -dots[k].centre.y());
@@ -127,7 +131,8 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
   };
   // Distortion and tilt move dots by up to a few per cent of the picture against a similarity.
   const double slack = 0.02 * grey.cols;
-  const auto match_with = [&](const auto& map, double tolerance, double scale) {
+  // Gives up where fewer than `to_beat` can be matched.
+  const auto match_with = [&](const auto& map, double tolerance, double scale, int to_beat) {
     Match match;
     match.dot_of.assign(fiducials.size(), -1);
     std::vector<char> taken(dots.size(), 0);
@@ -144,7 +149,11 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
           best = static_cast<int>(k);
         }
       }
-      if (best < 0) continue;
+      if (best < 0) {
+        const auto left = static_cast<int>(fiducials.size() - i) - 1;
+        if (match.count + left < to_beat) break;
+        continue;
+      }
       taken[static_cast<std::size_t>(best)] = 1;
       match.dot_of[i] = best;
       ++match.count;
@@ -159,8 +168,12 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
   Similarity best_map;
   constexpr double largest_roll =
       0.44;  // rad, 25 degrees: beyond that a symmetric layout could be taken turned
+  // A grid of dots that is taken one row off still matches three quarters of itself.
+  const auto explains_nearly_all = [&] {
+    return 5 * best.count > 4 * static_cast<int>(fiducials.size());
+  };
   for (std::size_t i = 0; i < fiducials.size(); ++i) {
-    for (std::size_t j = 0; j < fiducials.size(); ++j) {
+    for (std::size_t j = 0; j < fiducials.size() && !explains_nearly_all(); ++j) {
       const Eigen::Vector2d between = lab(j) - lab(i);
       if (i == j || between.norm() < 0.4 * widest ||
           (between.x() < 0 || (between.x() == 0 && between.y() < 0)))
@@ -179,8 +192,8 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
           if (std::abs(std::atan2(imaginary, real)) > largest_roll) continue;
           Similarity map{real, imaginary, Eigen::Vector2d::Zero()};
           map.shift = corrected(a) - map(lab(i));
-          const Match match =
-              match_with(map, std::max(slack, 0.5 * scale * fiducials[i].diameter), scale);
+          const Match match = match_with(
+              map, std::max(slack, 0.5 * scale * fiducials[i].diameter), scale, best.count);
           if (match.count > best.count ||
               (match.count == best.count && match.misfit < best.misfit)) {
             best = match;
@@ -207,7 +220,7 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
       return Eigen::Vector2d((Eigen::RowVector3d(p.x(), p.y(), 1.0) * affine).transpose());
     };
     const Match match =
-        match_with(map, slack, std::sqrt(std::abs(affine.topRows<2>().determinant())));
+        match_with(map, slack, std::sqrt(std::abs(affine.topRows<2>().determinant())), 0);
     if (match.count < best.count) break;
     best = match;
   }

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "datasets/input_error.h"
+#include "tracking/video.h"
 
 namespace graintruth::tracking {
 
@@ -42,6 +43,32 @@ void write_text(cv::Mat& picture,
   cv::putText(
       picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, colour, 1, cv::LINE_AA);
+}
+
+// Outline and long axis; numbers would hide plates as small as buttons.
+void draw_plate(cv::Mat& picture,
+                const Camera& camera,
+                const datasets::Pose& pose,
+                const PlateShape& shape,
+                const cv::Scalar& colour) {
+  constexpr int points = 40;
+  const double c = std::cos(pose.angle), s = std::sin(pose.angle);
+  const auto at = [&](double u, double v) {
+    return fixed(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
+  };
+  std::vector<cv::Point> outline;
+  for (int k = 0; k < points; ++k) {
+    const double angle = 2.0 * 3.14159265358979 * k / points;
+    outline.push_back(at(shape.semi_major * std::cos(angle), shape.semi_minor * std::sin(angle)));
+  }
+  cv::polylines(picture, outline, true, colour, 1, cv::LINE_AA, shift);
+  cv::line(picture,
+           at(-0.5 * shape.semi_major, 0.0),
+           at(0.5 * shape.semi_major, 0.0),
+           colour,
+           1,
+           cv::LINE_AA,
+           shift);
 }
 
 // A name in the same folder that keeps the ending, by which OpenCV chooses the format.
@@ -94,7 +121,7 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
                    1,
                    cv::LINE_AA);
   }
-  constexpr std::size_t trail = 50;  // frames
+  const std::size_t trail = findings.plate ? 8 : 50;  // frames; many plates would hide each other
   std::vector<Eigen::Vector2d> outline(72);
   for (std::size_t body = 0; body < static_cast<std::size_t>(trajectories.particles); ++body) {
     const cv::Scalar& colour = colours[body % colours.size()];
@@ -113,6 +140,10 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
     }
     const datasets::Pose& pose = trajectories.poses[trajectories.index(frame, body)];
     if (!std::isfinite(pose.x)) continue;
+    if (findings.plate) {
+      draw_plate(picture, camera, pose, *findings.plate, colour);
+      continue;
+    }
     const BodyShape& shape = findings.shapes[body];
     const auto centres = ball_centres({pose.x, pose.z, pose.angle}, shape);
     for (std::size_t ball = 0; ball < 2; ++ball) {
@@ -162,12 +193,12 @@ bool draw_overlay(const std::filesystem::path& video,
         return still.frame >= 0 && !still.file.empty();
       });
   if (files.film.empty() && !wants_stills) return true;
-  cv::VideoCapture capture(video.string(), cv::CAP_FFMPEG);
+  VideoReader reader(video, files.frame_rate);
   cv::VideoWriter writer;
   const std::filesystem::path temporary = unfinished(files.film);
   const std::size_t frames = findings.trajectories->frames();
   cv::Mat picture;
-  for (std::size_t frame = 0; frame < frames && capture.read(picture); ++frame) {
+  for (std::size_t frame = 0; frame < frames && reader.read(picture); ++frame) {
     if (stop && stop()) {
       writer.release();
       std::error_code ignored;

@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "datasets/trajectories.h"
 #include "tracking/camera.h"
+#include "tracking/plate.h"
 #include "tracking/refine.h"
 
 namespace graintruth::tracking {
@@ -14,8 +16,9 @@ namespace graintruth::tracking {
 struct Findings {
   const Camera* camera = nullptr;
   const datasets::Trajectories* trajectories = nullptr;
-  std::vector<BodyShape> shapes;  // one a particle
+  std::vector<BodyShape> shapes;  // one a particle; empty for plates
   std::vector<FiducialSighting> fiducials;
+  std::optional<PlateShape> plate;  // of all particles, in place of shapes
 };
 
 struct OverlayFiles {

@@ -65,13 +65,39 @@ VideoReader::VideoReader(const std::filesystem::path& file, double frame_rate)
 
 bool VideoReader::read(cv::Mat& frame) {
   if (finished_) return false;
-  if (!first_frame_.empty()) {
-    frame = first_frame_;
-    first_frame_.release();
-  } else if (!capture_.read(frame) || frame.empty()) {
-    finish();
-    return false;
+  if (frames_read_ == 0) {
+    scan_ = detect_scan(file_);
+    if (scan_ != Scan::progressive) {
+      declared_frames_ *= 2;
+      declared_frame_rate_ *= 2.0;
+    }
   }
+  if (!woven_.empty()) {
+    parity_ = 1 - parity_;
+    frame = field_of(woven_, parity_);
+    woven_.release();
+  } else {
+    if (!first_frame_.empty()) {
+      frame = first_frame_;
+      first_frame_.release();
+    } else if (!capture_.read(frame) || frame.empty()) {
+      finish();
+      return false;
+    }
+    check_size(frame);
+    note_time_stamp();
+    if (scan_ != Scan::progressive) {
+      woven_ = frame.clone();
+      parity_ = scan_ == Scan::even_rows_first ? 0 : 1;
+      frame = field_of(woven_, parity_);
+    }
+  }
+  note_change(frame);
+  ++frames_read_;
+  return true;
+}
+
+void VideoReader::check_size(const cv::Mat& frame) const {
   if (frame.size() != size_) {
     throw InputError(fmt::format(
         "{}: frame {} is {} x {} pixels but the film began with {} x {}; all frames must be "
@@ -83,10 +109,6 @@ bool VideoReader::read(cv::Mat& frame) {
         size_.width,
         size_.height));
   }
-  note_time_stamp();
-  note_change(frame);
-  ++frames_read_;
-  return true;
 }
 
 void VideoReader::note_time_stamp() {
@@ -106,31 +128,8 @@ void VideoReader::note_change(const cv::Mat& frame) {
   } else {
     changes_.push_back(cv::norm(sparse, previous_, cv::NORM_L1) /
                        static_cast<double>(sparse.total()));
-    constexpr int combing_interval = 10;  // frames; combing is a property of the whole film
-    if (frames_read_ % combing_interval == 0) note_combing(frame);
   }
   previous_ = sparse;
-}
-
-// Two fields woven into one frame: where something moves, a row differs more from the next row than
-// from the one after it, which belongs to the same field.
-void VideoReader::note_combing(const cv::Mat& frame) {
-  constexpr int stride = 4;
-  constexpr int moved = 24;  // grey levels of change at a pixel: well above camera noise
-  for (int row = 0; row + 1 < previous_.rows; ++row) {
-    const int y = row * stride;
-    if (y + 3 >= frame.rows) break;
-    for (int column = 0; column < previous_.cols; ++column) {
-      const int x = column * stride;
-      const int here = frame.at<cv::Vec3b>(y, x)[1];
-      if (std::abs(here - static_cast<int>(previous_.at<std::uint8_t>(row, column))) < moved)
-        continue;
-      const int next = frame.at<cv::Vec3b>(y + 1, x)[1];
-      const int second = frame.at<cv::Vec3b>(y + 2, x)[1];
-      combed_change_ += std::abs(here - next);
-      plain_change_ += std::abs(here - second);
-    }
-  }
 }
 
 void VideoReader::finish() {
@@ -186,7 +185,8 @@ std::vector<std::string> VideoReader::warnings() const {
   }
   // Uneven time stamps. Zero stamps near the end are an OpenCV fault and mean nothing.
   std::vector<int> uneven;
-  const double step = declared_frame_rate_ > 0.0 ? 1.0 / declared_frame_rate_ : 0.0;
+  const double pictures = scan_ == Scan::progressive ? 1.0 : 2.0;  // a time stamp
+  const double step = declared_frame_rate_ > 0.0 ? pictures / declared_frame_rate_ : 0.0;
   for (std::size_t frame = 1; step > 0.0 && frame < time_stamps_.size(); ++frame) {
     if (time_stamps_[frame] <= 0.0 || time_stamps_[frame - 1] <= 0.0) continue;
     if (std::abs(time_stamps_[frame] - time_stamps_[frame - 1] - step) > 0.3 * step)
@@ -198,11 +198,12 @@ std::vector<std::string> VideoReader::warnings() const {
                     "spaced.",
                     listed(uneven)));
   }
-  // Progressive film: a row two away differs more than the next one. Woven fields reverse that.
-  if (combed_change_ > 1.15 * plain_change_ && plain_change_ > 0.0) {
-    sentences.push_back(
-        "The film looks interlaced (moving edges are combed); split it into fields before "
-        "tracking.");
+  if (scan_ != Scan::progressive) {
+    sentences.push_back(fmt::format(
+        "The film is interlaced ({} rows first): each frame was taken apart into its two fields, "
+        "which makes {:.4g} pictures/s.",
+        scan_ == Scan::even_rows_first ? "even" : "odd",
+        frame_rate_));
   }
   return sentences;
 }

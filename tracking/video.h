@@ -1,4 +1,5 @@
-// Frames of a film in order, and when they were taken. The reader counts frames by reading them and
+// Frames of a film in order, and when they were taken; of an interlaced film its fields, each as a
+// picture of full height. The reader counts frames by reading them and
 // never seeks, because OpenCV 4.6 seeks to the wrong frame in H.264 and its time stamps are 0 near
 // the end of a file.
 #pragma once
@@ -9,21 +10,30 @@
 #include <string>
 #include <vector>
 
+#include "tracking/fields.h"
+
 namespace graintruth::tracking {
 
 class VideoReader {
  public:
-  // `frame_rate` is the laboratory's, in Hz, and the truth; what the container says is only
-  // compared with it. Throws InputError when the file is missing, is no film, or holds no frame.
+  // `frame_rate` is the laboratory's, in Hz, and the truth (of fields, where the film is woven of
+  // them); what the container says is only compared with it. Throws InputError when the file is
+  // missing, is no film, or holds no frame.
   VideoReader(const std::filesystem::path& file, double frame_rate);
 
-  // The next frame as 8-bit BGR; false at the end. Throws InputError when the film is cut off or
+  // The next picture as 8-bit BGR; false at the end. Throws InputError when the film is cut off or
   // changes its size.
   bool read(cv::Mat& frame);
 
+  // Pictures: frames, or fields where frames are woven of two.
   int frames_read() const { return frames_read_; }
   int declared_frames() const { return declared_frames_; }  // 0 when the container does not say
   double declared_frame_rate() const { return declared_frame_rate_; }  // Hz
+
+  // Known after the first read().
+  Scan scan() const { return scan_; }
+  // Which rows the last picture really holds: 0 or 1 for a field; -1 where it holds all.
+  int parity() const { return parity_; }
   int width() const { return size_.width; }
   int height() const { return size_.height; }
 
@@ -34,9 +44,9 @@ class VideoReader {
   const std::vector<int>& repeated_frames() const { return repeated_frames_; }
 
  private:
+  void check_size(const cv::Mat& frame) const;
   void note_time_stamp();
   void note_change(const cv::Mat& frame);
-  void note_combing(const cv::Mat& frame);
   void finish();
 
   std::filesystem::path file_;
@@ -52,7 +62,9 @@ class VideoReader {
   std::vector<double> changes_;      // mean absolute change from the frame before, grey levels
   std::vector<double> time_stamps_;  // s, as the container tells
   std::vector<int> repeated_frames_;
-  double combed_change_ = 0.0, plain_change_ = 0.0;  // sums of row differences where the film moves
+  Scan scan_ = Scan::progressive;
+  int parity_ = -1;
+  cv::Mat woven_;  // the frame whose second field comes next; empty where none does
 };
 
 }  // namespace graintruth::tracking

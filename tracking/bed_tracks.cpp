@@ -1,0 +1,512 @@
+#include "tracking/bed_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "tracking/assignment.h"
+#include "tracking/link.h"
+
+namespace graintruth::tracking {
+
+namespace {
+
+constexpr double lost_score = 0.8;           // plates score 0.98 and more where they are
+constexpr double largest_gain_change = 1.6;  // factor; light changes slowly, blur a little
+constexpr double deepest_overlap = 0.85;     // touching scale
+constexpr double least_visible = 0.35;       // of its area; less is too little to fit
+constexpr double settled_px = 0.01;          // a plate that moves less is not fitted again
+constexpr double longest_step_px = 2.5;
+constexpr int most_sweeps = 9;
+constexpr std::size_t memory_frames = 12;  // for gaps that are filled afterwards
+constexpr int inflation_interval = 4;      // frames
+constexpr double rest_px = 0.1;            // a frame; jitter is less
+constexpr double fast_share = 0.25;        // of the semi-minor axis, a frame
+// A share of a plate's contrast that stays unexplained, over what is usual in the frame, that calls
+// for a second look; and a share that never does.
+constexpr double doubtful_ratio = 2.5, doubtless_share = 0.04;
+// Of the semi-minor axis, that gravity moves a plate beyond its prediction in a frame: below it
+// predictions are near enough to fit from.
+constexpr double coarse_share = 0.3;
+
+}  // namespace
+
+BedTracks::BedTracks(const BedScene& scene, const FirstBed& bed, const cv::Mat& frame)
+    : scene_(scene),
+      bed_(bed),
+      orifice_(scene, frame),
+      closed_view_(scene.view(false)),
+      open_view_(scene.view(true)),
+      pixel_(scene.pixel()),
+      fall_(scene.experiment.rig.gravity / std::pow(scene.experiment.camera.frame_rate, 2)) {
+  for (const PlateFit& plate : bed.plates) {
+    PlateTrack& track = tracks_.emplace_back();
+    track.gain = plate.gain;
+    accept(track, plate, frame, 0);
+    track.velocity = {0.0, 0.0, 0.0};
+  }
+}
+
+// Codecs shift blocks of pixels but cannot turn them, so that parts of a turning plate lag behind
+// each other: the angle's errors are asked of both parts. Position errors show in blocks.
+Eigen::Vector3d BedTracks::variance_inflation(Pace pace) const {
+  const Inflation& inflation = inflation_[static_cast<std::size_t>(pace)];
+  if (inflation.count == 0.0) return Eigen::Vector3d::Ones();
+  Eigen::Vector3d result = inflation.blocks / inflation.count;
+  result[2] = std::max(result[2], inflation.halves[2] / inflation.count);
+  return result.cwiseMax(1.0);
+}
+
+Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose& pose) const {
+  constexpr int samples = 16;
+  constexpr double ring = 0.7;  // of the half axes: inside the rim, outside most holes
+  const double c = std::cos(pose.angle), s = std::sin(pose.angle);
+  const Eigen::Vector2d centre = scene_.calibration.camera.project(pose.x, pose.z);
+  const Eigen::Matrix2d jacobian = scene_.calibration.camera.jacobian(pose.x, pose.z);
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  int used = 0;
+  for (int k = 0; k < samples; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / samples;
+    const double u = ring * scene_.shape.semi_major * std::cos(angle);
+    const double v = ring * scene_.shape.semi_minor * std::sin(angle);
+    const Eigen::Vector2d at = centre + jacobian * Eigen::Vector2d(c * u - s * v, s * u + c * v);
+    const cv::Point point(static_cast<int>(std::lround(at.x())),
+                          static_cast<int>(std::lround(at.y())));
+    if (!cv::Rect(0, 0, frame.cols, frame.rows).contains(point)) continue;
+    const cv::Vec3b& pixel = frame.at<cv::Vec3b>(point);
+    sum += Eigen::Vector3f(pixel[0], pixel[1], pixel[2]) - scene_.contrast.ground;
+    ++used;
+  }
+  return sum / static_cast<float>(std::max(1, used)) / static_cast<float>(bed_.usual_gain);
+}
+
+// As fast as in the last frame, and free fall below the orifice.
+datasets::Pose BedTracks::predict(const PlateTrack& track) const {
+  datasets::Pose pose = track.expected;
+  pose.x += track.velocity.x;
+  pose.z += track.velocity.z;
+  pose.angle += track.velocity.angle;
+  const bool falls = opened_at_ >= 0 && pose.z < 0.0;
+  if (falls) pose.z -= track.unseen > 0 ? 0.0 : fall_;
+  return pose;
+}
+
+// By how far the rim moves in a frame.
+Pace BedTracks::pace_of(const PlateTrack& track) const {
+  const double travel = std::hypot(track.velocity.x, track.velocity.z) +
+                        scene_.shape.semi_major * std::abs(track.velocity.angle);
+  if (travel < rest_px * pixel_) return Pace::rest;
+  return travel < fast_share * scene_.shape.semi_minor ? Pace::slow : Pace::fast;
+}
+
+bool BedTracks::has_left(const PlateFit& plate, const datasets::Pose& expected) const {
+  return opened_at_ >= 0 && expected.z < -scene_.shape.semi_minor && plate.visible < least_visible;
+}
+
+bool BedTracks::is_lost(const PlateFit& plate, const PlateTrack& track) const {
+  const double change = plate.gain / track.gain;
+  return plate.score < lost_score || change > largest_gain_change ||
+         change < 1.0 / largest_gain_change || plate.visible < least_visible;
+}
+
+void BedTracks::fit_all(BedFit& fit, const std::vector<int>& index_of) {
+  std::vector<double> step(fit.size(), std::numeric_limits<double>::infinity());
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    bool moved = false;
+    for (const int index : index_of) {
+      if (index < 0) continue;
+      const auto k = static_cast<std::size_t>(index);
+      if (sweep > 1 && step[k] < settled_px * pixel_) continue;
+      step[k] = fit.improve(k, longest_step_px * pixel_);
+      moved = moved || step[k] >= settled_px * pixel_;
+    }
+    if (sweep > 0 && !moved) break;
+  }
+}
+
+// Plates that the model explains worse than usual may sit in a false minimum: turned by a collision
+// or pushed aside. Each is fitted again from other angles, where it stands and where it was
+// predicted, and stays at the best. Returns whether any moved.
+bool BedTracks::retry_doubtful(BedFit& fit, const std::vector<int>& index_of) {
+  std::vector<double> unexplained(tracks_.size(), 0.0), sorted;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0) continue;
+    unexplained[k] = 1.0 - fit.measure(static_cast<std::size_t>(index_of[k])).score;
+    sorted.push_back(unexplained[k]);
+  }
+  if (sorted.empty()) return false;
+  std::nth_element(sorted.begin(),
+                   sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                   sorted.end());
+  const double limit = std::max(doubtless_share, doubtful_ratio * sorted[sorted.size() / 2]);
+  bool moved = false;
+  constexpr int turns = 6;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0 || unexplained[k] < limit) continue;
+    const auto index = static_cast<std::size_t>(index_of[k]);
+    const PlateFit start = fit.measure(index);
+    PlateFit best = start;
+    for (const datasets::Pose& from : {start.pose, tracks_[k].expected}) {
+      for (int turn = 0; turn < turns; ++turn) {
+        fit.move(
+            index,
+            {from.x, from.z, from.angle + axis_difference(std::numbers::pi * turn / turns, 0.0)});
+        for (int step = 0; step < 10; ++step)
+          if (fit.improve(index, longest_step_px * pixel_) < 5.0 * settled_px * pixel_) break;
+        const PlateFit tried = fit.measure(index);
+        const double change = tried.gain / tracks_[k].gain;
+        if (change > largest_gain_change || change < 1.0 / largest_gain_change) continue;
+        if (tried.score > best.score) best = tried;
+      }
+    }
+    best.pose.angle =
+        tracks_[k].expected.angle + axis_difference(best.pose.angle, tracks_[k].expected.angle);
+    fit.restore(index, best);
+    moved = moved || best.score > start.score;
+  }
+  return moved;
+}
+
+// Where gravity can carry plates far in a frame, each is first looked for as it looked in the last
+// frame, with its surroundings, at half the resolution.
+void BedTracks::match_coarsely(const cv::Mat1f& coarse) {
+  const double reach = 0.5 * 1.3 * fall_ / pixel_;                     // coarse pixels
+  const double window = 0.5 * 1.5 * scene_.shape.semi_major / pixel_;  // half of the pattern's side
+  const auto coarse_at = [&](const datasets::Pose& pose) {
+    const Eigen::Vector2d pixel = scene_.calibration.camera.project(pose.x, pose.z);
+    return Eigen::Vector2d(0.5 * (pixel.x() - scene_.region.x + 0.5) - 0.5,
+                           0.5 * (pixel.y() - scene_.region.y + 0.5) - 0.5);
+  };
+  const cv::Rect whole(0, 0, coarse.cols, coarse.rows);
+  for (PlateTrack& track : tracks_) {
+    if (track.left_at >= 0 || track.unseen > 0) continue;
+    const datasets::Pose& last = track.sightings.back()->pose;
+    const Eigen::Vector2d before = coarse_at(last), now = coarse_at(track.expected);
+    const int half = static_cast<int>(std::ceil(window)), far = static_cast<int>(std::ceil(reach));
+    const cv::Point from(static_cast<int>(std::lround(before.x())),
+                         static_cast<int>(std::lround(before.y())));
+    const cv::Point to(static_cast<int>(std::lround(now.x())),
+                       static_cast<int>(std::lround(now.y())));
+    const cv::Rect pattern(from.x - half, from.y - half, 2 * half + 1, 2 * half + 1);
+    const cv::Rect field(
+        to.x - half - far, to.y - half - far, 2 * (half + far) + 1, 2 * (half + far) + 1);
+    if ((pattern & whole) != pattern || (field & whole) != field) continue;
+    cv::Mat1f response;
+    cv::matchTemplate(coarse(field), coarse_(pattern), response, cv::TM_CCOEFF_NORMED);
+    cv::Point best;
+    cv::minMaxLoc(response, nullptr, nullptr, nullptr, &best);
+    // From the rounded places to the true ones
+    const Eigen::Vector2d shift(best.x - far + to.x - from.x + before.x() - now.x(),
+                                best.y - far + to.y - from.y + before.y() - now.y());
+    const Eigen::Vector2d plane =
+        scene_.calibration.camera.jacobian(track.expected.x, track.expected.z).inverse() *
+        (2.0 * shift);
+    track.expected.x += plane.x();
+    track.expected.z += plane.y();
+  }
+}
+
+// Plates that are not explained where they were fitted, and of two in one place the worse.
+std::vector<std::size_t> BedTracks::find_lost(const std::vector<int>& index_of,
+                                              const std::vector<PlateFit>& measured) const {
+  std::vector<char> lost(tracks_.size(), 0);
+  for (std::size_t k = 0; k < tracks_.size(); ++k)
+    lost[k] = index_of[k] >= 0 && is_lost(measured[k], tracks_[k]);
+  const double reach = 2.0 * scene_.shape.semi_minor * deepest_overlap;
+  const double far = 2.0 * scene_.shape.semi_major;
+  for (std::size_t a = 0; a < tracks_.size(); ++a) {
+    if (index_of[a] < 0) continue;
+    for (std::size_t b = 0; b < a; ++b) {
+      if (index_of[b] < 0) continue;
+      const datasets::Pose &one = measured[a].pose, &other = measured[b].pose;
+      const double distance = std::hypot(one.x - other.x, one.z - other.z);
+      if (distance > far) continue;
+      if (distance > reach && touching_scale(one, other, scene_.shape) > deepest_overlap) continue;
+      if (lost[a] || lost[b]) continue;
+      lost[measured[a].score < measured[b].score ? a : b] = 1;
+    }
+  }
+  std::vector<std::size_t> list;
+  for (std::size_t k = 0; k < tracks_.size(); ++k)
+    if (lost[k]) list.push_back(k);
+  return list;
+}
+
+void BedTracks::accept(PlateTrack& track, const PlateFit& plate, const cv::Mat& frame, int number) {
+  const bool seen_before = !track.sightings.empty() && track.unseen == 0;
+  if (seen_before && track.sightings.back()) {
+    const datasets::Pose& before = track.sightings.back()->pose;
+    track.velocity = {
+        plate.pose.x - before.x, plate.pose.z - before.z, plate.pose.angle - before.angle};
+  }
+  track.sightings.resize(static_cast<std::size_t>(number));
+  track.sightings.push_back(PlateSighting{plate.pose,
+                                          plate.covariance,
+                                          static_cast<float>(plate.score),
+                                          static_cast<float>(plate.gain),
+                                          pace_of(track),
+                                          false});
+  track.expected = plate.pose;
+  track.unseen = 0;
+  const Eigen::Vector3f colour = colour_of(frame, plate.pose);
+  // Light changes along the way: remembered for about fifty frames
+  const bool first = number == 0;
+  track.colour = first ? colour : Eigen::Vector3f(0.98F * track.colour + 0.02F * colour);
+  track.gain = first ? plate.gain : 0.9 * track.gain + 0.1 * plate.gain;
+}
+
+void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
+  if (opened_at_ < 0 && orifice_.is_open(frame)) opened_at_ = number;
+  const bool open = opened_at_ >= 0;
+  const int row_step = parity < 0 ? 1 : 2;
+  const int first_row = parity < 0 ? 0 : (parity + scene_.region.y) % 2;
+  const cv::Mat1f contrast = contrast_of(frame, scene_.region, scene_.contrast);
+  memory_.push_back({number, contrast, first_row, row_step, open});
+  if (memory_.size() > memory_frames) memory_.pop_front();
+  BedFit fit(open ? open_view_ : closed_view_, bed_.look, contrast.clone(), first_row, row_step);
+
+  // 1. Prediction
+  cv::Mat1f coarse;
+  cv::resize(contrast, coarse, cv::Size(), 0.5, 0.5, cv::INTER_AREA);
+  std::vector<int> index_of(tracks_.size(), -1);
+  std::vector<std::size_t> waiting;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    PlateTrack& track = tracks_[k];
+    if (track.left_at >= 0) continue;
+    track.expected = predict(track);
+  }
+  if (open && fall_ > coarse_share * scene_.shape.semi_minor) match_coarsely(coarse);
+  coarse_ = coarse;
+
+  // 2. All plates that were seen in the last frame fitted together
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    const PlateTrack& track = tracks_[k];
+    if (track.left_at >= 0) continue;
+    if (track.unseen == 0)
+      index_of[k] = static_cast<int>(fit.add(track.expected, track.gain));
+    else
+      waiting.push_back(k);
+  }
+  fit_all(fit, index_of);
+  if (retry_doubtful(fit, index_of)) fit_all(fit, index_of);
+
+  // 3. Who has left, who is lost
+  std::vector<PlateFit> measured(tracks_.size());
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0) continue;
+    const auto index = static_cast<std::size_t>(index_of[k]);
+    measured[k] = fit.measure(index);
+    if (has_left(measured[k], tracks_[k].expected)) {
+      tracks_[k].left_at = number;
+      fit.remove(index);
+      index_of[k] = -1;
+    }
+  }
+  std::vector<std::size_t> lost = find_lost(index_of, measured);
+  losses_ += static_cast<int>(lost.size());
+  for (const std::size_t k : lost) {
+    fit.remove(static_cast<std::size_t>(index_of[k]));
+    index_of[k] = -1;
+  }
+  lost.insert(lost.end(), waiting.begin(), waiting.end());
+
+  // 4. The lost ones looked for in what the others leave unexplained
+  for (std::size_t k = 0; k < tracks_.size(); ++k)
+    if (index_of[k] >= 0) accept(tracks_[k], measured[k], frame, number);
+  if (!lost.empty()) recover(fit, frame, number, lost);
+
+  // 5. How far the residuals are from white
+  if (number % inflation_interval == 0) {
+    for (std::size_t k = 0; k < tracks_.size(); ++k) {
+      if (index_of[k] < 0) continue;
+      const BedFit::Variances variances = fit.variances(static_cast<std::size_t>(index_of[k]));
+      Inflation& inflation = inflation_[static_cast<std::size_t>(pace_of(tracks_[k]))];
+      inflation.blocks += variances.blocks;
+      inflation.halves += variances.halves;
+      inflation.count += 1.0;
+    }
+  }
+}
+
+// The best place about the expected one, by a coarse search over places and angles in the residual
+// and then a fit of the best few.
+std::optional<BedTracks::Found> BedTracks::seek(BedFit& fit,
+                                                const cv::Mat& frame,
+                                                const PlateTrack& track) const {
+  const double stride = 0.3 * scene_.shape.semi_minor;
+  const double speed = std::hypot(track.velocity.x, track.velocity.z);
+  const double reach =
+      std::min(4.0 * scene_.shape.semi_major,
+               (1.0 + 0.5 * track.unseen) * (scene_.shape.semi_minor + 0.5 * speed + 2.0 * fall_));
+  const int steps = static_cast<int>(std::ceil(reach / stride));
+  struct Start {
+    datasets::Pose pose;
+    double gain, value;
+  };
+  std::vector<Start> starts;
+  constexpr int angles = 6;
+  for (int i = -steps; i <= steps; ++i) {
+    for (int j = -steps; j <= steps; ++j) {
+      if (i * i + j * j > steps * steps) continue;
+      for (int k = 0; k < angles; ++k) {
+        const datasets::Pose pose{track.expected.x + i * stride,
+                                  track.expected.z + j * stride,
+                                  track.expected.angle + std::numbers::pi * k / angles};
+        double score = 0.0;
+        const double gain = fit.gain_at(pose, &score);
+        if (gain < 0.4 * track.gain) continue;
+        starts.push_back({pose, gain, score * std::min(1.0, gain / track.gain)});
+      }
+    }
+  }
+  constexpr std::size_t tried = 4;
+  std::sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) {
+    return a.value > b.value;
+  });
+  std::optional<Found> best;
+  std::vector<datasets::Pose> done;
+  for (const Start& start : starts) {
+    if (done.size() == tried) break;
+    const bool near = std::any_of(done.begin(), done.end(), [&](const datasets::Pose& pose) {
+      return std::hypot(pose.x - start.pose.x, pose.z - start.pose.z) < 1.5 * stride;
+    });
+    if (near) continue;
+    done.push_back(start.pose);
+    const std::size_t index = fit.add(start.pose, start.gain);
+    for (int step = 0; step < 10; ++step)
+      if (fit.improve(index, longest_step_px * pixel_) < settled_px * pixel_) break;
+    Found found{index, fit.measure(index), {}};
+    fit.remove(index);
+    if (is_lost(found.plate, track)) continue;
+    if (best && best->plate.score > found.plate.score) continue;
+    if (!frame.empty()) found.colour = colour_of(frame, found.plate.pose);
+    best = found;
+  }
+  return best;
+}
+
+void BedTracks::recover(BedFit& fit,
+                        const cv::Mat& frame,
+                        int number,
+                        const std::vector<std::size_t>& lost) {
+  // 1. Detections: each is put into the model, so that none is found twice
+  std::vector<Found> found;
+  std::vector<std::size_t> order = lost;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return tracks_[a].unseen < tracks_[b].unseen;
+  });
+  for (const std::size_t k : order) {
+    const std::optional<Found> one = seek(fit, frame, tracks_[k]);
+    if (!one) continue;
+    // Hard plates do not overlap
+    bool overlaps = false;
+    for (std::size_t other = 0; other < fit.size() && !overlaps; ++other) {
+      if (!fit.is_present(other)) continue;
+      const datasets::Pose &a = fit.pose(other), &b = one->plate.pose;
+      overlaps = std::hypot(a.x - b.x, a.z - b.z) < 2.0 * scene_.shape.semi_major &&
+                 touching_scale(a, b, scene_.shape) < deepest_overlap;
+    }
+    if (overlaps) continue;
+    Found kept = *one;
+    kept.index = fit.add(one->plate.pose, one->plate.gain);
+    found.push_back(kept);
+  }
+  // 2. To whom each belongs: place and colour
+  constexpr double colour_sigma = 0.06;  // of the usual brightness
+  constexpr double forbidden = 1.0e6;
+  Eigen::MatrixXd cost(static_cast<Eigen::Index>(lost.size()),
+                       static_cast<Eigen::Index>(found.size()));
+  for (std::size_t i = 0; i < lost.size(); ++i) {
+    const PlateTrack& track = tracks_[lost[i]];
+    const double sigma = (1.0 + track.unseen) * 0.4 * scene_.shape.semi_minor + fall_;
+    for (std::size_t j = 0; j < found.size(); ++j) {
+      const datasets::Pose& pose = found[j].plate.pose;
+      const double distance =
+          std::hypot(pose.x - track.expected.x, pose.z - track.expected.z) / sigma;
+      const double colour = (found[j].colour - track.colour).norm() / colour_sigma;
+      constexpr double gate = 6.0;
+      cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          distance > gate ? forbidden : distance * distance + std::min(50.0, colour * colour);
+    }
+  }
+  const std::vector<int> detection_of = assign(cost, forbidden);
+  bool doubtful = false;
+  for (std::size_t i = 0; i < lost.size(); ++i) {
+    PlateTrack& track = tracks_[lost[i]];
+    if (detection_of[i] >= 0) {
+      PlateFit plate = found[static_cast<std::size_t>(detection_of[i])].plate;
+      plate.pose.angle =
+          track.expected.angle + axis_difference(plate.pose.angle, track.expected.angle);
+      const int gap = track.unseen;
+      accept(track, plate, frame, number);
+      if (gap == 0)
+        ++recoveries_;
+      else
+        fill_gap(lost[i], number - gap, number);
+      continue;
+    }
+    doubtful = true;
+    ++track.unseen;
+    const bool below = opened_at_ >= 0 && track.expected.z < -scene_.shape.semi_minor;
+    const Eigen::Vector2d at =
+        scene_.calibration.camera.project(track.expected.x, track.expected.z);
+    if (below && at.y() > frame.rows - 1.0) track.left_at = number;
+    if (below) {
+      track.velocity.z -= fall_;
+    } else {
+      // Nobody knows; it slows down
+      for (double* component : {&track.velocity.x, &track.velocity.z, &track.velocity.angle})
+        *component *= 0.8;
+    }
+  }
+  if (doubtful) doubtful_frames_.push_back(number);
+}
+
+// Backwards through the frames in which a plate was not seen, each fitted among the neighbours that
+// were.
+void BedTracks::fill_gap(std::size_t k, int from, int to) {
+  PlateTrack& track = tracks_[k];
+  if (from < 1 || !track.sightings[static_cast<std::size_t>(from - 1)]) return;
+  const datasets::Pose before = track.sightings[static_cast<std::size_t>(from - 1)]->pose;
+  const datasets::Pose after = track.sightings[static_cast<std::size_t>(to)]->pose;
+  const double frames = to - from + 1;
+  track.velocity = {(after.x - before.x) / frames,
+                    (after.z - before.z) / frames,
+                    (after.angle - before.angle) / frames};
+  for (const Memory& memory : memory_) {
+    if (memory.number < from || memory.number >= to) continue;
+    const double share = (memory.number - from + 1) / frames;
+    const datasets::Pose guess{before.x + share * (after.x - before.x),
+                               before.z + share * (after.z - before.z),
+                               before.angle + share * (after.angle - before.angle)};
+    BedFit fit(memory.open ? open_view_ : closed_view_,
+               bed_.look,
+               memory.contrast.clone(),
+               memory.first_row,
+               memory.row_step);
+    const auto frame = static_cast<std::size_t>(memory.number);
+    for (const PlateTrack& other : tracks_) {
+      if (other.sightings.size() <= frame || !other.sightings[frame]) continue;
+      const PlateSighting& seen = *other.sightings[frame];
+      if (std::hypot(seen.pose.x - guess.x, seen.pose.z - guess.z) < 6.0 * scene_.shape.semi_major)
+        fit.add(seen.pose, seen.gain);
+    }
+    PlateTrack about = track;
+    about.expected = guess;
+    const std::optional<Found> found = seek(fit, cv::Mat(), about);
+    if (!found) continue;
+    PlateFit plate = found->plate;
+    plate.pose.angle = guess.angle + axis_difference(plate.pose.angle, guess.angle);
+    track.sightings[frame] = PlateSighting{plate.pose,
+                                           plate.covariance,
+                                           static_cast<float>(plate.score),
+                                           static_cast<float>(plate.gain),
+                                           pace_of(track),
+                                           true};
+  }
+}
+
+}  // namespace graintruth::tracking

@@ -1,0 +1,37 @@
+// The pipeline for a bin of plates: a film of a bed that runs out through an orifice in, who was
+// where when with calibrated uncertainty out, and how many had left.
+#pragma once
+
+#include "tracking/track_video.h"
+
+namespace graintruth::tracking {
+
+struct BedSummary {
+  int stated = 0;           // plates, by the experiment file
+  int found_first = 0;      // in the first frame
+  int discharged = 0;       // crossed the level of the floor by the end of the film
+  int remaining = 0;        // seen above it at the end
+  int unaccounted = 0;      // neither: lost inside the bin
+  int filled = 0;           // sightings found afterwards between frames in which a plate was seen
+  int losses = 0;           // times that a plate was not where it was predicted
+  double size_ratio = 1.0;  // true size over the stated one, as contacts and outlines tell
+  double semi_major_learned_mm = 0.0, semi_minor_learned_mm = 0.0;
+  double gravity_measured = 0.0;     // m/s2, of plates below the orifice; NaN where too few fell
+  std::string scan;                  // "progressive", "even rows first", "odd rows first"
+  double motion_blur = 0.0;          // edge contrast lost by moving plates, 0..1
+  std::vector<int> doubtful_frames;  // with plates that were not found
+};
+
+struct TrackedBed {
+  datasets::Trajectories trajectories;
+  TrackingSummary summary;
+  BedSummary bed;
+};
+
+// Tracks one film of experiment.rig.bin with plates. Throws datasets::InputError for a film or an
+// experiment that cannot be tracked. Deterministic; safe to call from several threads at once.
+TrackedBed track_bed(const datasets::Experiment& experiment,
+                     const datasets::Replicate& replicate,
+                     const TrackingOptions& options = {});
+
+}  // namespace graintruth::tracking
