@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <utility>
 
 #include "datasets/deck.h"
 #include "datasets/geometry_files.h"
