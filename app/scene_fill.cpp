@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <boost/random/uniform_01.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "datasets/input_error.h"
 #include "sim/neighbours.h"
-#include "sim/relaxation.h"
 
 namespace graintruth::app {
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -79,6 +80,7 @@ class SceneRunner {
       run_phase(static_cast<int>(p));
     }
     run_.scene = simulation_->scene_now();
+    note_lost_particles();
     run_.kinds = built_.kinds;
     run_.owner = built_.owner;
     run_.contacts = simulation_->contacts();
@@ -90,6 +92,23 @@ class SceneRunner {
 
   sim::TimeStepOptions pace_of(const ScenePhase& phase) const {
     return {.fraction = phase.time_step_fraction, .impact_speed = phase.fastest_impact};
+  }
+
+  // Particles below every wall fall for ever.
+  void note_lost_particles() {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const sim::Wall& wall : run_.scene.walls) {
+      lowest = std::min(lowest, sim::box_of(wall).low.z());
+    }
+    const auto lost = std::count_if(
+        run_.scene.bodies.begin(), run_.scene.bodies.end(), [&](const sim::Body& body) {
+          return body.position.z() < lowest - run_.scene.types[body.type].bounding_radius;
+        });
+    if (lost == 0) return;
+    run_.warnings.push_back(
+        fmt::format("{} of {} particles fell out of the scene: they are below every wall.",
+                    lost,
+                    run_.scene.bodies.size()));
   }
 
   void start_simulation() {

@@ -99,6 +99,41 @@ int conclude(const SceneRun& run, const std::filesystem::path& folder) {
   return 0;
 }
 
+struct Done {
+  SceneRun run;
+  Json result;
+  double simulating = 0.0;  // s
+};
+
+// All that shows progress.
+Done simulate_and_write(const SimulateCommand& command,
+                        const datasets::SceneFile& file,
+                        const datasets::RunFolder& folder,
+                        Clock::time_point start) {
+  ProgressLine progress(command.common.quiet);
+  SceneRunOptions options;
+  options.seed = command.common.seed;
+  options.stop = [&] {
+    return is_interrupted() ||
+           (command.time_limit > 0.0 && seconds_since(start) > command.time_limit);
+  };
+  options.progress = [&](const std::string& job, double share, const std::string& detail) {
+    progress.show(job, share, detail);
+  };
+  Done done;
+  done.run = run_scene(file, options);
+  done.simulating = seconds_since(start);
+  done.result = scene_result(file, done.run);
+  write_scene_tables(folder, file, done.run);
+  if (command.paraview) write_paraview(folder, done.run);
+  if (command.ovito) write_ovito(folder, done.run);
+  if (command.render) {
+    render_scene(
+        folder.root, file, done.run, [&](double share) { progress.show("drawing", share, ""); });
+  }
+  return done;
+}
+
 }  // namespace
 
 int run_simulate(const SimulateCommand& command) {
@@ -109,44 +144,25 @@ int run_simulate(const SimulateCommand& command) {
   const std::filesystem::path root = folder_for(command, file.name);
   const MadeFolders made(root);
   const datasets::RunFolder folder = datasets::open_run_folder(root);
-  ProgressLine progress(command.common.quiet);
   catch_interrupts();
 
-  // 2. The simulation
-  SceneRunOptions options;
-  options.seed = command.common.seed;
-  options.stop = [&] {
-    return is_interrupted() ||
-           (command.time_limit > 0.0 && seconds_since(start) > command.time_limit);
-  };
-  options.progress = [&](const std::string& job, double share, const std::string& detail) {
-    progress.show(job, share, detail);
-  };
-  const SceneRun run = run_scene(file, options);
-  const double simulating = seconds_since(start);
-
-  // 3. What it leaves
-  write_scene_tables(folder, file, run);
-  if (command.paraview) write_paraview(folder, run);
-  if (command.ovito) write_ovito(folder, run);
-  if (command.render) {
-    render_scene(
-        folder.root, file, run, [&](double share) { progress.show("drawing", share, ""); });
-  }
-  Json result = scene_result(file, run);
+  // 2. The simulation and its files
+  const Done done = simulate_and_write(command, file, folder, start);
+  Json result = done.result;
   const double total = seconds_since(start);
   result["wall_time_s"] = total;
   datasets::write_whole(folder.result(), result.dump(2) + "\n");
-  datasets::write_whole(
-      folder.run(),
-      run_record(command, file, started_at, simulating, total - simulating).dump(2) + "\n");
+  const Json record =
+      run_record(command, file, started_at, done.simulating, total - done.simulating);
+  datasets::write_whole(folder.run(), record.dump(2) + "\n");
+
+  // 3. What to tell
   if (command.common.json) {
     fmt::print("{}\n", result.dump(2));
   } else {
-    progress.say("");
     print_summary(result, folder.root);
   }
-  return conclude(run, folder.root);
+  return conclude(done.run, folder.root);
 }
 
 }  // namespace graintruth::app

@@ -316,8 +316,6 @@ Deck read_deck(const std::filesystem::path& file) {
   return deck;
 }
 
-// --- The file beside the deck ---------------------------------------------------------------
-
 double unit_named(TomlSection& section, std::string_view key, Units units) {
   const std::string name = section.text(key);
   std::string known;
@@ -406,8 +404,6 @@ Sidecar read_sidecar(const Deck& deck, TomlSection root) {
   root.finish();
   return sidecar;
 }
-
-// --- From deck to scene ---------------------------------------------------------------------
 
 // PRO gives distances without a sign: the side changes where they begin to grow again (errata 26).
 std::vector<double> signed_distances(const std::vector<double>& distances) {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <functional>
 #include <iterator>
 
 namespace graintruth::datasets {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <utility>
 
 #include "datasets/deck.h"
 #include "datasets/geometry_files.h"
@@ -51,13 +51,13 @@ int index_of(TomlSection& section,
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
     std::string known;
-    for (const std::string& each : names) known += (known.empty() ? "'" : ", '") + each + "'";
+    for (const std::string& each : names) {
+      known += fmt::format("{}'{}'", known.empty() ? "" : ", ", each);
+    }
     section.fail(key, fmt::format("names '{}', but known are {}", name, known));
   }
   return static_cast<int>(found - names.begin());
 }
-
-// --- Materials ------------------------------------------------------------------------------
 
 std::vector<std::string> names_of(const std::vector<SceneMaterial>& materials) {
   std::vector<std::string> names;
@@ -121,8 +121,6 @@ void require_surfaces(TomlSection& root, const SceneFile& scene) {
     for (const SceneWall& wall : scene.walls) require(particle.material, wall.material);
   }
 }
-
-// --- Particles ------------------------------------------------------------------------------
 
 SizeSpread read_size(TomlSection section) {
   SizeSpread size;
@@ -290,8 +288,6 @@ std::vector<SceneParticle> read_particles(TomlSection& root, SceneFile& scene) {
   return particles;
 }
 
-// --- Walls ----------------------------------------------------------------------------------
-
 // Velocity or turning of the wall (`prefix` empty) or of its surface alone.
 SceneMotion read_motion(TomlSection& section, const std::string& prefix) {
   SceneMotion motion;
@@ -457,8 +453,6 @@ std::vector<SceneWall> read_walls(TomlSection& root, SceneFile& scene) {
   return walls;
 }
 
-// --- Filling --------------------------------------------------------------------------------
-
 SceneFill read_fill(TomlSection section, bool is_planar) {
   SceneFill fill;
   const std::string method = section.text("method");
@@ -521,8 +515,6 @@ std::vector<ScenePlace> read_places(TomlSection& root, const SceneFile& scene) {
   }
   return places;
 }
-
-// --- What happens ---------------------------------------------------------------------------
 
 void read_pace(TomlSection& section, ScenePhase& phase) {
   phase.time_step_fraction =

@@ -275,10 +275,14 @@ toml::table parse_toml(const std::filesystem::path& file) {
   try {
     return toml::parse(std::string_view(content), file.string());
   } catch (const toml::parse_error& error) {
+    // The library quotes what it saw, line ends included; a sentence has none
+    std::string description(error.description());
+    std::replace_if(
+        description.begin(), description.end(), [](unsigned char c) { return c < ' '; }, ' ');
     throw InputError(fmt::format("{}:{}: this is not valid TOML: {}.",
                                  file.string(),
                                  error.source().begin.line,
-                                 error.description()));
+                                 description));
   }
 }
 

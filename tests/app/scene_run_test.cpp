@@ -13,6 +13,7 @@
 namespace graintruth::app {
 namespace {
 
+using tests::content_of;
 using tests::small_scene;
 using tests::TemporaryFolder;
 using tests::with;
@@ -35,6 +36,41 @@ double weight_of(const SceneRun& run) {
   double mass = 0.0;
   for (const sim::Body& body : run.scene.bodies) mass += run.scene.types[body.type].mass;
   return mass * 9.81;
+}
+
+const std::filesystem::path scenes =
+    std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/scenes";
+
+// Filled, and a hundred steps on its way.
+void expect_start(const std::filesystem::path& file) {
+  const SceneRun run = run_scene(datasets::load_scene(file), {.seed = 1, .step_limit = 100});
+  EXPECT_NE(run.status, sim::RunStatus::unstable) << file << ": " << run.message;
+  EXPECT_FALSE(run.scene.bodies.empty()) << file;
+}
+
+TEST(SceneRun, EveryBundledSceneStarts) {
+  int started = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
+    if (entry.path().extension() != ".toml") continue;
+    expect_start(entry.path());
+    ++started;
+  }
+  EXPECT_EQ(started, 7);
+}
+
+TEST(SceneRun, EveryDeckOfTheThesisStarts) {
+  const std::filesystem::path decks =
+      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "../shared/thesis/decks";
+  if (!std::filesystem::exists(decks)) GTEST_SKIP() << "the thesis is not beside the source folder";
+  const TemporaryFolder folder;
+  int started = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(scenes / "decks")) {
+    const std::string stem = entry.path().stem().string();
+    folder.write(stem + ".toml", content_of(entry.path()));
+    expect_start(folder.write(stem + ".txt", content_of(decks / (stem + ".txt"))));
+    ++started;
+  }
+  EXPECT_EQ(started, 6);
 }
 
 TEST(SceneRun, SettledBedPressesWithItsWeight) {

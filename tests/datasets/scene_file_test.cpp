@@ -91,6 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
     SceneDoor,
     testing::Values(
         BadScene{"dimensions = 2", "dimensions = 4", "'dimensions'"},
+        BadScene{"dimensions = 2", "dimensions = tr", "not valid TOML"},
         BadScene{"title =", "titel =", "'title'"},
         BadScene{"poisson_ratio = 0.30", "poisson_ratio = 0.6", "'material.poisson_ratio' is 0.6"},
         BadScene{"elastic_modulus_mpa", "elastic_modulus_psi", "has no unit that fits"},
@@ -211,6 +212,50 @@ TEST(Deck, IsReadWithItsUnitsAndPhases) {
                                       "right_strip",
                                       "front_strip",
                                       "back_strip"}));
+}
+
+// FAN turns the panel's surface about the middle of the orifice; FLO opens it after so many
+// seconds.
+TEST(Deck, FanTurnsAndFlowOpensThePanel) {
+  const TemporaryFolder folder;
+  folder.write("deck.toml",
+               with(with(beside_text, "moving = \"upper_lower\"\n", "turning_unit = \"rpm\"\n"),
+                    "\"open\"",
+                    "\"closed\""));
+  const SceneFile scene =
+      load_scene(folder.write("deck.txt", with(deck_text, "MOV 25.0 -20.0", "FAN 30\nFLO 0.5")));
+  EXPECT_EQ(scene.event_phase, 1);
+  const SceneWall& panel = scene.walls.back();
+  EXPECT_EQ(panel.name, "orifice_panel");
+  EXPECT_DOUBLE_EQ(panel.opens_at, 0.5);
+  EXPECT_NEAR(panel.drag.angular_velocity.z(), 3.14159265358979, 1e-12);
+  EXPECT_LT((panel.drag.pivot - Eigen::Vector3d(0.25, 0.1, 0.1)).norm(), 1e-12);
+}
+
+// CON: slopes from the sides of the workspace to a column with a piston (micro-geometry, readings A
+// and B).
+TEST(Deck, HopperColumnAndPiston) {
+  const TemporaryFolder folder;
+  const std::string text =
+      with(with(with(deck_text, "BOT 20.0 10.0 1.0 18.0 10.0", "CON 15.0 12.0 10.0 38.0 18.0"),
+                "18 4 2 10",
+                "16 4 2 8"),
+           "MOV 25.0 -20.0",
+           "MOV -4.55");
+  const std::string beside =
+      with(with(with(beside_text, "upper_lower", "piston"), "dimensions = 3", "dimensions = 2"),
+           "orifice = \"open\"\n",
+           "");
+  for (const auto& [reading, top] :
+       {std::pair{"A", 0.38}, std::pair{"B", 0.12 + 0.15 * 0.781286}}) {
+    folder.write("deck.toml", beside + "con_reading = \"" + reading + "\"\n");
+    const SceneFile scene = load_scene(folder.write("deck.txt", text));
+    ASSERT_EQ(scene.walls.size(), 8u);
+    EXPECT_EQ(scene.walls[2].name, "slope_left");
+    EXPECT_NEAR(scene.walls[2].points[0].z(), top, 1e-6) << reading;
+    EXPECT_NEAR(scene.walls[2].points[1].x(), 0.15, 1e-12);
+    EXPECT_NEAR(scene.walls[7].motion.velocity.z(), -0.0455, 1e-12);
+  }
 }
 
 // PRO has no signs: the side changes where the distances begin to grow (errata 26).
