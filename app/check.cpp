@@ -14,6 +14,7 @@
 #include "calibrate/dem_simulator.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
+#include "tracking/recording.h"
 
 namespace graintruth::app {
 
@@ -38,10 +39,12 @@ double last_time(const Experiment& experiment) {
 void print_what(const Experiment& experiment) {
   const datasets::Particle& particle = experiment.particle;
   fmt::print("{}\n", experiment.title);
-  fmt::print("particles   {} of {} ball(s), {:.4g} g each\n",
-             particle.count,
-             particle.spheres.size(),
-             1e3 * particle.mass);
+  const std::string shape =
+      particle.plate ? fmt::format("plate {:.4g} mm x {:.4g} mm (half axes)",
+                                   1e3 * particle.plate->semi_major,
+                                   1e3 * particle.plate->semi_minor)
+                     : fmt::format("{} ball(s)", particle.spheres.size());
+  fmt::print("particles   {} of {}, {:.4g} g each\n", particle.count, shape, 1e3 * particle.mass);
   fmt::print("rig         {} walls{}, panes {:.4g} mm apart\n",
              experiment.rig.walls.size(),
              experiment.rig.piston
@@ -87,6 +90,10 @@ void check_experiment(const Experiment& experiment, Findings& findings) {
   for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
     radius = std::max(radius, sphere.radius);
     volume += 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3);
+  }
+  if (const auto& plate = experiment.particle.plate) {
+    radius = 0.5 * plate->thickness;
+    volume = std::numbers::pi * plate->semi_major * plate->semi_minor * plate->thickness;
   }
   if (experiment.rig.front_back_gap < 2.0 * radius)
     doubt("The panes are closer together than a ball is thick.");
@@ -138,7 +145,8 @@ void check_film(const Experiment& experiment,
                     film,
                     1e3 * *frame.residual));
   }
-  if (frame.declared_frames > 0 && length < last_time(experiment)) {
+  // A bin is compared by its discharge, however long that takes.
+  if (!experiment.rig.bin && frame.declared_frames > 0 && length < last_time(experiment)) {
     findings.missing.push_back(fmt::format(
         "{}: the film lasts {:.2f} s, but the comparison needs {:.2f} s after the start event; "
         "lower measure.frames or film for longer.",
@@ -247,7 +255,9 @@ int run_check(const CheckCommand& command) {
   std::vector<datasets::Trajectories> tracks;
   for (const datasets::Replicate& replicate : experiment.replicates) {
     if (!replicate.video.empty()) {
-      check_film(experiment, replicate, out / "check" / (replicate.name + ".jpg"), findings);
+      const Experiment recorded =
+          tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
+      check_film(recorded, replicate, out / "check" / (replicate.name + ".jpg"), findings);
       continue;
     }
     try {

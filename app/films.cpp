@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +12,8 @@
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
 #include "datasets/table.h"
-#include "tracking/track_video.h"
+#include "tracking/recording.h"
+#include "tracking/track_bed.h"
 
 namespace graintruth::app {
 
@@ -47,6 +49,14 @@ std::string hash_of(const datasets::Experiment& experiment, const std::string& f
     for (const double value : {piston->face_z, piston->left_x, piston->right_x, piston->velocity_z})
       append(value);
   }
+  if (const auto& plate = experiment.particle.plate) {
+    for (const double value : {plate->semi_major, plate->semi_minor, plate->thickness})
+      append(value);
+  }
+  if (const auto& bin = experiment.rig.bin) {
+    for (const double value : {bin->width, bin->height, bin->orifice_width}) append(value);
+  }
+  append(experiment.rig.gravity);
   return datasets::content_hash(text);
 }
 
@@ -94,6 +104,39 @@ Json summary_json(const tracking::TrackingSummary& summary, const datasets::Repl
           {"frames_per_second", summary.frames_per_second}};
 }
 
+Json bed_json(const tracking::BedSummary& bed) {
+  return {{"particles_stated", bed.stated},
+          {"particles_in_first_frame", bed.found_first},
+          {"discharged", bed.discharged},
+          {"remaining", bed.remaining},
+          {"unaccounted", bed.unaccounted},
+          {"filled_afterwards", bed.filled},
+          {"lost_and_sought", bed.losses},
+          {"size_ratio", bed.size_ratio},
+          {"semi_major_learned_mm", bed.semi_major_learned_mm},
+          {"semi_minor_learned_mm", bed.semi_minor_learned_mm},
+          {"gravity_measured_m_per_s2", bed.gravity_measured},
+          {"scan", bed.scan},
+          {"sharpness", bed.sharpness},
+          {"doubtful_frames", bed.doubtful_frames}};
+}
+
+// frame, time_s, x_m, z_m: the bed stands still from the floor up to z at x; nothing over the
+// orifice.
+void write_stagnant(const std::filesystem::path& file, const tracking::TrackedBed& bed) {
+  datasets::Table table({"frame", "time_s", "x_m", "z_m"});
+  for (std::size_t frame = 0; frame < bed.stagnant.height.size(); ++frame) {
+    for (std::size_t i = 0; i < bed.stagnant.x.size(); ++i) {
+      if (!std::isfinite(bed.stagnant.height[frame][i])) continue;
+      table.add({std::to_string(frame),
+                 datasets::number_text(bed.trajectories.time[frame]),
+                 datasets::number_text(bed.stagnant.x[i]),
+                 datasets::number_text(bed.stagnant.height[frame][i])});
+    }
+  }
+  datasets::write_csv(file, table);
+}
+
 // What an earlier run left for this film; null where there is nothing or it is of another film or
 // rig.
 Json earlier_summary(const datasets::RunFolder& folder,
@@ -120,9 +163,27 @@ Json track_film(const datasets::Experiment& experiment,
   options.annotated_last = folder.annotated_frame(replicate.name, "last");
   options.progress = progress;
   options.stop = stop;
-  const tracking::TrackedFilm film = tracking::track_video(experiment, replicate, options);
-  datasets::write_tracks(folder.tracks(replicate.name), film.trajectories);
-  Json summary = summary_json(film.summary, replicate);
+  const datasets::Experiment recorded =
+      tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
+  Json summary;
+  if (recorded.particle.plate) {
+    const tracking::TrackedBed bed = tracking::track_bed(recorded, replicate, options);
+    datasets::write_tracks(folder.tracks(replicate.name), bed.trajectories);
+    if (!bed.stagnant.x.empty()) write_stagnant(folder.stagnant(replicate.name), bed);
+    summary = summary_json(bed.summary, replicate);
+    for (const char* of_balls : {"radius_learned_mm",
+                                 "radius_nominal_mm",
+                                 "radius_spread_mm",
+                                 "separation_learned_mm",
+                                 "separation_nominal_mm",
+                                 "separation_spread_mm"})
+      summary.erase(of_balls);
+    summary["bed"] = bed_json(bed.bed);
+  } else {
+    const tracking::TrackedFilm film = tracking::track_video(recorded, replicate, options);
+    datasets::write_tracks(folder.tracks(replicate.name), film.trajectories);
+    summary = summary_json(film.summary, replicate);
+  }
   for (const char* moment : {"first", "middle", "last"}) {
     const std::filesystem::path frame = folder.annotated_frame(replicate.name, moment);
     if (std::filesystem::exists(frame)) {
@@ -178,7 +239,10 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
   // One film that cannot be used ends the work on the others.
   const auto stop = [&] { return failed || is_interrupted(); };
   const auto track = [&](std::size_t i, const datasets::Replicate& replicate) {
-    const std::string hash = hash_of(experiment, hashes[i]);
+    const std::string corrections =
+        replicate.corrections.empty() ? "" : datasets::file_hash(replicate.corrections);
+    const std::string hash =
+        hash_of(datasets::as_filmed(experiment, replicate), hashes[i] + corrections);
     summaries[i] = earlier_summary(folder, replicate.name, hash);
     if (!summaries[i].is_null()) return;
     const auto on_frame = [&](int frame, int total) {

@@ -31,6 +31,13 @@ int run_track(const TrackCommand& command) {
         100.0 * film["completeness"].get<double>(),
         film["calibration_rms_mm"].get<double>(),
         film["event_time_s"].get<double>());
+    if (film.contains("bed")) {
+      const auto& bed = film["bed"];
+      fmt::print("  {} particles in the first frame, {} ran out, {} remain\n",
+                 bed["particles_in_first_frame"].get<int>(),
+                 bed["discharged"].get<int>(),
+                 bed["remaining"].get<int>());
+    }
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }

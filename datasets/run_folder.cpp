@@ -44,6 +44,10 @@ std::filesystem::path RunFolder::tracks(std::string_view replicate) const {
   return root / "tracks" / fmt::format("{}.csv", replicate);
 }
 
+std::filesystem::path RunFolder::stagnant(std::string_view replicate) const {
+  return root / "tracks" / fmt::format("{}.stagnant.csv", replicate);
+}
+
 std::filesystem::path RunFolder::overlay(std::string_view replicate) const {
   return root / "tracks" / fmt::format("{}.overlay.mp4", replicate);
 }

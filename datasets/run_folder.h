@@ -20,6 +20,8 @@ struct RunFolder {
   std::filesystem::path report() const { return root / "report.html"; }
   std::filesystem::path table(std::string_view name) const;        // tables/<name>.csv
   std::filesystem::path tracks(std::string_view replicate) const;  // tracks/<replicate>.csv
+  // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are smeared
+  std::filesystem::path stagnant(std::string_view replicate) const;
   std::filesystem::path overlay(
       std::string_view replicate) const;  // tracks/<replicate>.overlay.mp4
   // tracks/<replicate>.<moment>.jpg: a frame with what was found drawn on it

@@ -12,6 +12,7 @@
 #include "datasets/input_error.h"
 #include "tracking/bed_tracks.h"
 #include "tracking/overlay.h"
+#include "tracking/stagnant.h"
 #include "tracking/video.h"
 
 namespace graintruth::tracking {
@@ -45,19 +46,23 @@ struct Scouted {
   cv::Mat first, last;
   int first_parity = -1;
   int frames = 0;
+  double sharpness = 1.0;
   std::vector<std::string> warnings;
 };
 
 Scouted scout(VideoReader& video) {
   Scouted scouted;
+  SharpnessWatcher sharpness;
   cv::Mat frame;
   while (video.read(frame)) {
     if (scouted.frames++ == 0) {
       scouted.first = frame.clone();
       scouted.first_parity = video.parity();
     }
+    sharpness.add(frame);
     scouted.last = frame;
   }
+  scouted.sharpness = sharpness.sharpness();
   scouted.last = scouted.last.clone();
   scouted.warnings = video.warnings();
   return scouted;
@@ -73,6 +78,9 @@ class BedTracker {
   TrackedBed run(const TrackingOptions& options);
 
  private:
+  void follow_plates(const TrackingOptions& options, TrackedBed& result);
+  void map_stagnant_bed(const TrackingOptions& options, TrackedBed& result);
+  void draw(const TrackingOptions& options, const TrackedBed& result);
   void look_at_film();
   void look_at_bed();
   void judge_size();
@@ -112,6 +120,7 @@ void BedTracker::look_at_film() {
   bed_.scan = video.scan() == Scan::progressive       ? "progressive"
               : video.scan() == Scan::even_rows_first ? "even rows first"
                                                       : "odd rows first";
+  bed_.sharpness = scouted_.sharpness;
   constexpr int fewest = 4;
   if (scouted_.frames < fewest) {
     throw InputError(
@@ -410,7 +419,7 @@ void BedTracker::judge() {
     warn(fmt::format("Particles were not found in frames {}.", list));
   }
   constexpr double least_complete = 0.98;
-  if (summary_.completeness < least_complete) {
+  if (bed_.sharpness >= least_sharpness && summary_.completeness < least_complete) {
     fail(fmt::format("Only {:.1f} % of all poses were found.", 100.0 * summary_.completeness));
   }
   if (failed_)
@@ -419,14 +428,7 @@ void BedTracker::judge() {
     summary_.grade = Grade::warn;
 }
 
-TrackedBed BedTracker::run(const TrackingOptions& options) {
-  const auto started = std::chrono::steady_clock::now();
-  check(experiment_);
-  // 1. The film from end to end: its clock, its first and its last picture
-  look_at_film();
-  // 2. Camera, contrast, and the bed at rest
-  look_at_bed();
-  // 3. Every plate from frame to frame
+void BedTracker::follow_plates(const TrackingOptions& options, TrackedBed& result) {
   VideoReader video(replicate_.video, experiment_.camera.frame_rate);
   std::optional<BedTracks> tracks;
   cv::Mat frame;
@@ -439,27 +441,67 @@ TrackedBed BedTracker::run(const TrackingOptions& options) {
     if (options.progress) options.progress(video.frames_read(), video.declared_frames());
     if (options.stop && options.stop()) throw Stopped{};
   }
-  // 4. Time zero, poses with their uncertainty, counts
-  TrackedBed result;
   const double zero = find_event(*tracks, scouted_.frames);
   result.trajectories = trajectories_of(*tracks, scouted_.frames, zero);
   count_plates(*tracks);
   measure_gravity(*tracks);
-  judge();
-  summary_.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  summary_.frames_per_second = scouted_.frames / summary_.seconds;
-  result.summary = summary_;
-  result.bed = bed_;
+}
 
-  // 5. The findings drawn on the film, outside the clock
+// A shutter that stays open too long smears whatever moves: what stands still is all that such a
+// film can tell.
+void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& result) {
+  VideoReader video(replicate_.video, experiment_.camera.frame_rate);
+  StagnantWatcher watcher(*scene_);
+  OrificeWatcher orifice(*scene_, scouted_.first);
+  int opened_at = -1;
+  cv::Mat frame;
+  while (video.read(frame)) {
+    watcher.add(frame);
+    if (opened_at < 0 && orifice.is_open(frame)) opened_at = video.frames_read() - 1;
+    if (options.progress) options.progress(video.frames_read(), video.declared_frames());
+    if (options.stop && options.stop()) throw Stopped{};
+  }
+  result.stagnant = watcher.profile(opened_at);
+  const double interval = 1.0 / experiment_.camera.frame_rate;
+  summary_.noted_event_time_s = experiment_.camera.noted_event_time.value_or(nan);
+  summary_.event_source = "first change below the orifice";
+  summary_.event_time_s = std::max(0, opened_at) * interval;
+  summary_.event_uncertainty_s = interval;
+  const auto frames = static_cast<std::size_t>(scouted_.frames);
+  datasets::Trajectories& out = result.trajectories;
+  out = datasets::make_trajectories(frames, bed_.found_first, true);
+  for (std::size_t k = 0; k < frames; ++k) {
+    out.time[k] = static_cast<double>(k) * interval - summary_.event_time_s;
+    for (std::size_t p = 0; p < first_->plates.size(); ++p) {
+      const PlateFit& plate = first_->plates[p];
+      const bool rests = opened_at < 0 || static_cast<int>(k) + 1 < opened_at;
+      if (!rests && !watcher.is_still(result.stagnant, k, plate.pose.x, plate.pose.z)) continue;
+      const std::size_t i = out.index(k, p);
+      const Eigen::Vector3d sigma = plate.covariance.diagonal().cwiseSqrt();
+      out.poses[i] = plate.pose;
+      out.sigmas[i] = {sigma[0], sigma[1], sigma[2]};
+      out.scores[i] = plate.score;
+      ++summary_.detections;
+    }
+  }
+  summary_.particles = bed_.found_first;
+  summary_.completeness =
+      summary_.detections / (static_cast<double>(frames) * std::max(1, bed_.found_first));
+  warn(fmt::format(
+      "Plates in motion are smeared (moving edges are {:.0f} % as sharp as resting ones): they "
+      "were not tracked. The film gives the part of the bed that stands still; use a shorter "
+      "exposure to track the flow.",
+      100.0 * bed_.sharpness));
+}
+
+void BedTracker::draw(const TrackingOptions& options, const TrackedBed& result) {
   Findings findings{.camera = &scene_->calibration.camera,
                     .trajectories = &result.trajectories,
                     .fiducials = scene_->sightings,
                     .plate = scene_->shape};
   const int frames = scouted_.frames;
   const int event_frame = std::clamp(
-      static_cast<int>(std::lround(zero * experiment_.camera.frame_rate)), 0, frames - 1);
+      static_cast<int>(std::lround(summary_.event_time_s * summary_.frame_rate_hz)), 0, frames - 1);
   OverlayFiles files;
   files.film = options.overlay_file;
   files.frame_rate = experiment_.camera.frame_rate;
@@ -467,6 +509,30 @@ TrackedBed BedTracker::run(const TrackingOptions& options) {
                   {(event_frame + frames - 1) / 2, options.annotated_middle},
                   {frames - 1, options.annotated_last}};
   if (!draw_overlay(replicate_.video, findings, files, options.stop)) throw Stopped{};
+}
+
+TrackedBed BedTracker::run(const TrackingOptions& options) {
+  const auto started = std::chrono::steady_clock::now();
+  check(experiment_);
+  TrackedBed result;
+  // 1. The film from end to end: its clock, its sharpness, its first and its last picture
+  look_at_film();
+  // 2. Camera, contrast, and the bed at rest
+  look_at_bed();
+  // 3. Every plate from frame to frame; or, where they are smeared, where they stand still
+  if (bed_.sharpness < least_sharpness)
+    map_stagnant_bed(options, result);
+  else
+    follow_plates(options, result);
+  // 4. How good that is
+  judge();
+  summary_.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  summary_.frames_per_second = scouted_.frames / summary_.seconds;
+  result.summary = summary_;
+  result.bed = bed_;
+  // 5. The findings drawn on the film, outside the clock
+  draw(options, result);
   return result;
 }
 

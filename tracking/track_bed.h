@@ -18,12 +18,20 @@ struct BedSummary {
   double semi_major_learned_mm = 0.0, semi_minor_learned_mm = 0.0;
   double gravity_measured = 0.0;     // m/s2, of plates below the orifice; NaN where too few fell
   std::string scan;                  // "progressive", "even rows first", "odd rows first"
-  double motion_blur = 0.0;          // edge contrast lost by moving plates, 0..1
+  double sharpness = 1.0;         // of moving places over the bed at rest, see stagnant.h
   std::vector<int> doubtful_frames;  // with plates that were not found
 };
 
+// Of a film whose moving plates are smeared, the height up to which the bed stands still.
+struct StagnantBed {
+  std::vector<double> x;                    // m
+  std::vector<std::vector<double>> height;  // m, of each frame and x; NaN over the orifice
+};
+
 struct TrackedBed {
+  // Of a smeared film: the plates of the first frame, each as long as its place stands still.
   datasets::Trajectories trajectories;
+  StagnantBed stagnant;  // empty where plates were tracked
   TrackingSummary summary;
   BedSummary bed;
 };

@@ -132,6 +132,41 @@ Figures compare(const datasets::Trajectories& tracks,
   return f;
 }
 
+// The stagnant boundary of a smeared film against the truth: in each frame and column the top of
+// the lowest plates in a row that all rest, m rms. A frame covers the time to the next one.
+double stagnant_error(const tracking::TrackedBed& bed, const Truth& truth, double frame_rate) {
+  constexpr double plate = 5.3e-3, slow = 0.03;  // m, m/s
+  double square = 0.0;
+  int count = 0;
+  for (std::size_t k = 0; k < bed.stagnant.height.size(); ++k) {
+    const auto t =
+        static_cast<std::size_t>(std::lround(static_cast<double>(k) * truth_rate / frame_rate));
+    const std::size_t after = t + static_cast<std::size_t>(truth_rate / frame_rate);
+    if (after >= truth.poses.size()) break;
+    for (std::size_t i = 0; i < bed.stagnant.x.size(); ++i) {
+      if (!std::isfinite(bed.stagnant.height[k][i])) continue;
+      // The lowest plate of the column that moves, or is missing, ends what stands still
+      std::vector<std::pair<double, bool>> column;  // top, at rest
+      for (std::size_t q = 0; q < truth.poses[t].size(); ++q) {
+        const datasets::Pose &a = truth.poses[t][q], &b = truth.poses[after][q];
+        if (!std::isfinite(a.x) || std::abs(a.x - bed.stagnant.x[i]) > plate) continue;
+        const double speed =
+            std::isfinite(b.x) ? std::hypot(b.x - a.x, b.z - a.z) * frame_rate : 1.0;
+        column.emplace_back(a.z + plate, speed < slow);
+      }
+      std::sort(column.begin(), column.end());
+      double top = 0.0;
+      for (const auto& [height, rests] : column) {
+        if (!rests || height > top + 4.0 * plate) break;
+        top = height;
+      }
+      square += std::pow(bed.stagnant.height[k][i] - top, 2);
+      ++count;
+    }
+  }
+  return std::sqrt(square / std::max(1, count));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -188,10 +223,19 @@ int main(int argc, char** argv) {
     const datasets::Experiment filmed =
         tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
     const std::clock_t start = std::clock();
-    const auto [tracks, summary, bed] = tracking::track_bed(filmed, replicate);
+    const tracking::TrackedBed tracked = tracking::track_bed(filmed, replicate);
+    const auto& [tracks, stagnant, summary, bed] = tracked;
     const double cpu = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     const std::string run = replicate.name.substr(0, std::string("orifice050_rep1").size());
     const Truth truth = read_truth(replicate.video.parent_path() / "truth", run);
+    if (!stagnant.x.empty()) {
+      fmt::print("{:36} smeared: stagnant boundary {:.1f} mm rms off the truth, {:.0f} frames/s\n",
+                 replicate.name,
+                 1.0e3 * stagnant_error(tracked, truth, filmed.camera.frame_rate),
+                 summary.frames_read / cpu);
+      for (const std::string& warning : summary.warnings) fmt::print("  {}\n", warning);
+      continue;
+    }
     // 40 mm below the floor the picture ends; a plate's own half axis stays inside
     constexpr double bottom = -0.029;  // m
     const Figures f = compare(tracks, truth, truth_rate / filmed.camera.frame_rate, bottom);
