@@ -16,12 +16,13 @@ int run_track(const TrackCommand& command) {
     measured =
         write_bulk_measurements(session.experiment(), session.films().tracks, session.folder());
   write_run_record(session.folder(), command.common, session.experiment(), session.record());
-  const std::string tracking = datasets::read_whole(session.folder().tracking());
+  const std::string text = datasets::read_whole(session.folder().tracking());
   if (command.common.json) {
-    fmt::print("{}", tracking);
+    fmt::print("{}", text);
     return 0;
   }
-  for (const auto& film : nlohmann::json::parse(tracking)["replicates"]) {
+  const auto tracking = nlohmann::json::parse(text);
+  for (const auto& film : tracking["replicates"]) {
     fmt::print(
         "{}: {}, {} frames, {:.2f} % of all poses found, calibration {:.3f} mm rms, event at "
         "{:.4f} s of film\n",
