@@ -86,6 +86,7 @@ struct CheckCommand {
 int run_check(const CheckCommand& command);
 
 struct NewCommand {
+  std::string kind;  // micro or macro
   std::filesystem::path folder;
 };
 int run_new(const NewCommand& command);

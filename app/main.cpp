@@ -133,14 +133,22 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
   CLI::App& verb =
       add_verb(program, "new", "An annotated experiment file to start from", "new micro my-rig");
   verb.require_subcommand(1);
-  CLI::App& micro = add_verb(verb,
-                             "micro",
-                             "Few particles, each of them tracked (section 4.2 of the thesis)",
-                             "new micro my-rig");
-  micro.add_option("folder", command.folder, "Where to write experiment.toml")
-      ->type_name("DIR")
-      ->required();
-  micro.callback([&] { status = run_new(command); });
+  const auto add = [&](const char* kind, const char* what, const char* example) {
+    CLI::App& part = add_verb(verb, kind, what, example);
+    part.add_option("folder", command.folder, "Where to write experiment.toml")
+        ->type_name("DIR")
+        ->required();
+    part.callback([&command, &status, kind] {
+      command.kind = kind;
+      status = run_new(command);
+    });
+  };
+  add("micro",
+      "Few particles, each of them tracked (section 4.2 of the thesis)",
+      "new micro my-rig");
+  add("macro",
+      "A bin that runs out through orifices of several widths (section 4.3 of the thesis)",
+      "new macro my-bin");
 }
 
 // An option whose unit is in its name, stored in SI.

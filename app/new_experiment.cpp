@@ -154,6 +154,68 @@ z_mm = 134.57
 angle_deg = 60
 )";
 
+// A bin that runs out: nothing to start from but the rig and the films.
+constexpr const char* macro_template =
+    R"(# An experiment for graintruth: a bin of plates that runs out through an orifice. Every length, angle, time and mass has
+# its unit in the key: _m, _cm or _mm; _s or _ms; _kg or _g; _pa to _gpa. Write the unit that you measured in.
+# x points right, z up; the origin is the middle of the orifice on the floor's upper face.
+# Paths are relative to this file. Replace every value by yours, then run: graintruth check experiment.toml
+
+title = "Elliptical plates running out of a flat-bottomed bin"
+# Repeated in every report; leave it out if there is nothing to say.
+note = "Values of the template: replace them."
+
+[particle]
+count = 200                        # in the bin at first; every film must show as many
+mass_g = 0.332                     # of one particle; weigh many and divide
+# What the camera sees: an ellipse, by its SEMI-axes (half the lengths that a calliper shows), and its thickness.
+plate = {semi_major_mm = 6.9, semi_minor_mm = 5.3, thickness_mm = 2.3}
+
+# Bench values.
+[material]
+elastic_modulus_gpa = 3.5          # Young's modulus
+poisson_ratio = 0.3
+friction_particle_particle = 0.61  # tilting test: tangent of the angle at which one slides on the other
+friction_particle_wall = 0.67      # the same on a piece of the wall
+restitution = 0.74                 # drop test: square root of rebound height over drop height
+
+[rig]
+kind = "flat_bin_orifice"
+bin_width_mm = 150                 # between the side walls
+bin_height_mm = 210                # of the side walls above the floor
+front_back_gap_mm = 2.6            # between the panes; a little more than a plate, so that one layer fits
+
+# The camera looks straight at the panes and does not move. Dark dots on light ground, in the plane of the particles,
+# beside the bin; at least 4, better 8 or more. A short exposure (1/1000 s or less) keeps falling particles sharp.
+[camera]
+frame_rate_hz = 100                # the true rate of the recording, not what the file says
+fiducial_diameter_mm = 6
+fiducials_mm = [
+  [-112, -20], [112, -20], [-142, -20], [142, -20],
+  [-112, 50], [112, 50], [-142, 50], [142, 50],
+  [-112, 120], [112, 120], [-142, 120], [142, 120],
+  [-112, 190], [112, 190], [-142, 190], [142, 190],
+]
+
+[tune]
+friction_particle_particle = {lower = 0.0, upper = 0.7}
+friction_particle_wall = {lower = 0.0, upper = 0.7}
+
+# One film a replicate, with the width of its orifice. It must show the bed at rest for some frames, and go on until the
+# flow has stopped. Three orifices or more give Beverloo's C and k; three films each give their uncertainty.
+[[replicate]]
+video = "orifice075_rep1.mp4"
+orifice_width_mm = 75
+
+[[replicate]]
+video = "orifice085_rep1.mp4"
+orifice_width_mm = 85
+
+[[replicate]]
+video = "orifice100_rep1.mp4"
+orifice_width_mm = 100
+)";
+
 }  // namespace
 
 int run_new(const NewCommand& command) {
@@ -169,7 +231,7 @@ int run_new(const NewCommand& command) {
                                            command.folder.string(),
                                            error.message()));
   }
-  datasets::write_whole(file, micro_template);
+  datasets::write_whole(file, command.kind == "macro" ? macro_template : micro_template);
   fmt::print(
       "{0}\nPut your films beside it, replace its values by yours, then: graintruth check {0}\n",
       file.string());

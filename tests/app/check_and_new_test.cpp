@@ -31,6 +31,21 @@ TEST_F(CheckAndNew, TheTemplateIsReadyOnceItsFilmsAreThere) {
   }
 }
 
+TEST_F(CheckAndNew, TheBinsTemplateIsReadyOnceItsFilmsAreThere) {
+  const std::filesystem::path films =
+      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "../shared/lab-videos/macro";
+  const auto rig = folder_ / "rig";
+  const ProgramOutcome made = run_program({"new", "macro", rig});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string experiment = rig / "experiment.toml";
+  EXPECT_EQ(run_program({"check", experiment, "--out", out()}).status, 2);  // no films yet
+  if (!std::filesystem::exists(films)) GTEST_SKIP() << films << " is not here";
+  for (const char* name : {"orifice075_rep1.mp4", "orifice085_rep1.mp4", "orifice100_rep1.mp4"})
+    std::filesystem::create_symlink(films / name, rig / name);
+  const ProgramOutcome check = run_program({"check", experiment, "--out", out()});
+  EXPECT_EQ(check.status, 0) << check.out << check.err;
+}
+
 TEST_F(CheckAndNew, NewOverwritesNothing) {
   const auto rig = folder_ / "rig";
   std::filesystem::create_directories(rig);
