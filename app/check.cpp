@@ -39,11 +39,10 @@ double last_time(const Experiment& experiment) {
 void print_what(const Experiment& experiment) {
   const datasets::Particle& particle = experiment.particle;
   fmt::print("{}\n", experiment.title);
-  const std::string shape =
-      particle.plate ? fmt::format("plate {:.4g} mm x {:.4g} mm (half axes)",
-                                   1e3 * particle.plate->semi_major,
-                                   1e3 * particle.plate->semi_minor)
-                     : fmt::format("{} ball(s)", particle.spheres.size());
+  const std::string shape = particle.plate ? fmt::format("plate {:.4g} mm x {:.4g} mm (half axes)",
+                                                         1e3 * particle.plate->semi_major,
+                                                         1e3 * particle.plate->semi_minor)
+                                           : fmt::format("{} ball(s)", particle.spheres.size());
   fmt::print("particles   {} of {}, {:.4g} g each\n", particle.count, shape, 1e3 * particle.mass);
   fmt::print("rig         {} walls{}, panes {:.4g} mm apart\n",
              experiment.rig.walls.size(),
@@ -51,6 +50,13 @@ void print_what(const Experiment& experiment) {
                  ? fmt::format(", a piston at {:.4g} mm/s", 1e3 * experiment.rig.piston->velocity_z)
                  : std::string(),
              1e3 * experiment.rig.front_back_gap);
+  if (experiment.rig.bin) {
+    fmt::print(
+        "measured    {} films: discharge, rates, bed, velocity profiles; a bin is not "
+        "calibrated on\n",
+        experiment.replicates.size());
+    return;
+  }
   fmt::print("compared    {} replicates at {} moments, 0 to {:.4g} s from the start event\n",
              experiment.replicates.size(),
              experiment.measurement.frames,
@@ -70,6 +76,7 @@ void print_what(const Experiment& experiment) {
 
 void check_experiment(const Experiment& experiment, Findings& findings) {
   const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  if (experiment.rig.bin) return;
   const auto count = static_cast<int>(experiment.replicates.size());
   if (count < usual_replicates) {
     doubt(fmt::format(
@@ -206,11 +213,10 @@ void estimate(const CheckCommand& command,
               const Experiment& experiment,
               const std::optional<calibrate::StartPoses>& starts,
               Findings& findings) {
-  const int budget =
-      command.budget > 0 ? command.budget : calibrate::CalibrationOptions{}.budget;
+  const int budget = command.budget > 0 ? command.budget : calibrate::CalibrationOptions{}.budget;
   const Work work = work_of(experiment, budget);
-  fmt::print("to come     about {} simulations for a budget of {} evaluations",
-             work.simulations, budget);
+  fmt::print(
+      "to come     about {} simulations for a budget of {} evaluations", work.simulations, budget);
   if (!starts) {
     fmt::print("; their time is not known before the films are tracked (no [[start]] is given)\n");
     return;
@@ -272,7 +278,8 @@ int run_check(const CheckCommand& command) {
       findings.missing.emplace_back(error.what());
     }
   }
-  if (findings.missing.empty() && tracks.size() == experiment.replicates.size()) {
+  if (findings.missing.empty() && !experiment.rig.bin &&
+      tracks.size() == experiment.replicates.size()) {
     try {
       calibrate::make_problem(experiment, tracks);
     } catch (const datasets::InputError& error) {
@@ -281,14 +288,16 @@ int run_check(const CheckCommand& command) {
   }
 
   // 3. What it will cost
-  if (findings.missing.empty())
+  if (findings.missing.empty() && !experiment.rig.bin)
     estimate(command, experiment, starts_of(experiment, tracks), findings);
 
   // 4. Verdict
   for (const std::string& sentence : findings.doubtful) fmt::print("doubtful: {}\n", sentence);
   for (const std::string& sentence : findings.missing) fmt::print("missing: {}\n", sentence);
   if (findings.missing.empty()) {
-    fmt::print("Ready: graintruth calibrate {}\n", command.experiment.string());
+    fmt::print("Ready: graintruth {} {}\n",
+               experiment.rig.bin ? "track" : "calibrate",
+               command.experiment.string());
     return 0;
   }
   throw datasets::InputError(fmt::format("{}: not ready, {} thing(s) are missing; see the list.",
