@@ -188,7 +188,9 @@ void BedTracker::look_at_bed() {
 // Contacts tell the size best: neighbours at rest touch. Where too few do, outlines tell it to some
 // per cent, because rims are rounded and shaded.
 void BedTracker::judge_size() {
-  const bool has_contacts = first_->contact_scale > 0.0;
+  // A bed whose neighbours are all further apart than their outlines say rests on no contacts.
+  constexpr double agreement = 0.05;
+  const bool has_contacts = std::abs(first_->contact_scale / first_->edge_radius - 1.0) < agreement;
   bed_.size_ratio = has_contacts ? first_->contact_scale : first_->edge_radius;
   bed_.semi_major_learned_mm = 1.0e3 * bed_.size_ratio * scene_->shape.semi_major;
   bed_.semi_minor_learned_mm = 1.0e3 * bed_.size_ratio * scene_->shape.semi_minor;
