@@ -11,6 +11,7 @@
 
 #include "datasets/input_error.h"
 #include "tracking/bed_tracks.h"
+#include "tracking/corrections.h"
 #include "tracking/overlay.h"
 #include "tracking/stagnant.h"
 #include "tracking/video.h"
@@ -526,7 +527,12 @@ TrackedBed BedTracker::run(const TrackingOptions& options) {
     map_stagnant_bed(options, result);
   else
     follow_plates(options, result);
-  // 4. How good that is
+  // 4. Repairs by hand, and how good the result is
+  if (!replicate_.corrections.empty()) {
+    for (std::string& sentence :
+         apply_corrections(replicate_.corrections, scene_->pixel(), result.trajectories))
+      warn(std::move(sentence));
+  }
   judge();
   summary_.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();

@@ -9,6 +9,7 @@
 
 #include "datasets/input_error.h"
 #include "tests/support/temporary_folder.h"
+#include "tracking/corrections.h"
 #include "tracking/plate.h"
 #include "tracking/recording.h"
 #include "tracking/synthetic_video.h"
@@ -194,6 +195,30 @@ TEST(TrackBed, RefusesAFilmWithoutPlates) {
     EXPECT_NE(std::string(error.what()).find("nothing leaves the bin"), std::string::npos)
         << error.what();
   }
+}
+
+TEST(Corrections, AreReplayedInOrder) {
+  const tests::TemporaryFolder folder;
+  datasets::Trajectories tracks = datasets::make_trajectories(3, 2, true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    tracks.poses[tracks.index(k, 0)] = {1.0, 0.0, 0.0};
+    tracks.poses[tracks.index(k, 1)] = {2.0, 0.0, 0.0};
+  }
+  const auto file = folder.write("repairs.csv",
+                                 "frame,action,particle,other,x_m,z_m,angle_rad\n"
+                                 "1,swap,1,2,,,\n"
+                                 "0,move,2,,5,6,0.5\n"
+                                 "2,delete,2,,,,\n");
+  EXPECT_EQ(apply_corrections(file, 1.0e-3, tracks).size(), 3U);
+  EXPECT_EQ(tracks.poses[tracks.index(0, 0)].x, 1.0);
+  EXPECT_EQ(tracks.poses[tracks.index(1, 0)].x, 2.0);
+  EXPECT_EQ(tracks.poses[tracks.index(2, 0)].x, 2.0);
+  EXPECT_EQ(tracks.poses[tracks.index(0, 1)].z, 6.0);
+  EXPECT_EQ(tracks.sigmas[tracks.index(0, 1)].x, 1.0e-3);
+  EXPECT_EQ(tracks.poses[tracks.index(1, 1)].x, 1.0);
+  EXPECT_TRUE(std::isnan(tracks.poses[tracks.index(2, 1)].x));
+  const auto wrong = folder.write("wrong.csv", "frame,action,particle\n7,delete,1\n");
+  EXPECT_THROW(apply_corrections(wrong, 1.0e-3, tracks), datasets::InputError);
 }
 
 TEST(TrackBed, TakesInterlacedFramesApart) {
