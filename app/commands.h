@@ -90,6 +90,16 @@ struct NewCommand {
 };
 int run_new(const NewCommand& command);
 
+struct SimulateCommand {
+  CommonOptions common;
+  std::filesystem::path scene;  // .toml, or a deck .txt
+  double time_limit = 0.0;      // s; 0: none
+  bool render = false;
+  bool paraview = false;
+  bool ovito = false;
+};
+int run_simulate(const SimulateCommand& command);
+
 enum class JournalAction { list, show, export_rows, drop, merge };
 struct JournalCommand {
   JournalAction action = JournalAction::list;

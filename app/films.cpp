@@ -211,7 +211,7 @@ std::vector<datasets::Trajectories> look_at_inputs(const datasets::Experiment& e
       require_first_frame(experiment, replicate);
     }
   }
-  if (!films) calibrate::make_problem(experiment, tracks);
+  if (!films && !experiment.rig.bin) calibrate::make_problem(experiment, tracks);
   return tracks;
 }
 

@@ -104,6 +104,31 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
   verb.callback([&] { status = run_check(command); });
 }
 
+void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "simulate",
+                            "Run the simulator alone: a scene file, or a deck of the thesis",
+                            "simulate datasets/scenes/conveyor.toml --out out/conveyor --render");
+  verb.add_option("scene", command.scene, "Scene file, or a deck with its .toml beside it")
+      ->type_name("SCENE")
+      ->required();
+  verb.add_flag("--render", command.render, "Draw the run: simulation.mp4 and simulation.png");
+  verb.add_flag("--paraview", command.paraview, "Write every frame for ParaView (paraview/*.pvd)");
+  verb.add_flag("--ovito", command.ovito, "Write every frame for OVITO (dump.lammpstrj)");
+  verb.add_option("--time-limit",
+                  command.time_limit,
+                  "Seconds after which the simulation ends with what it has")
+      ->check(CLI::PositiveNumber);
+  verb.add_option("--out", command.common.out, "Run folder (default: out/<scene name>)")
+      ->type_name("DIR");
+  verb.add_option("--seed", command.common.seed, "Seed of every random choice")
+      ->capture_default_str();
+  verb.add_flag("--quiet", command.common.quiet, "No progress line");
+  verb.add_flag(
+      "--json", command.common.json, "Result as JSON on stdout, everything else on stderr");
+  verb.callback([&] { status = run_simulate(command); });
+}
+
 void add_new(CLI::App& program, app::NewCommand& command, int& status) {
   CLI::App& verb =
       add_verb(program, "new", "An annotated experiment file to start from", "new micro my-rig");
@@ -254,6 +279,7 @@ int main(int argc, char** argv) {
   app::EvaluateCommand evaluate;
   app::CheckCommand check;
   app::NewCommand new_experiment;
+  app::SimulateCommand simulate;
   app::JournalCommand journal;
   app::FitCommand fit;
   int status = done;
@@ -318,6 +344,7 @@ int main(int argc, char** argv) {
       ->required();
   report_verb.callback([&] { status = run_report(report); });
 
+  add_simulate(program, simulate, status);
   add_evaluate(program, evaluate, status);
   add_check(program, check, status);
   add_new(program, new_experiment, status);
@@ -326,7 +353,7 @@ int main(int argc, char** argv) {
 
   const std::string command_line = joined(argc, argv);
   for (app::CommonOptions* options :
-       {&calibrate.common, &track.common, &validate.common, &evaluate.common}) {
+       {&calibrate.common, &track.common, &validate.common, &evaluate.common, &simulate.common}) {
     options->command_line = command_line;
   }
   try {

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bulk_summary.h"
 #include "app/session.h"
 
 namespace graintruth::app {
@@ -10,13 +11,18 @@ namespace graintruth::app {
 int run_track(const TrackCommand& command) {
   Session session("track", command.common, command.experiment);
   session.track();
+  std::string measured;
+  if (session.experiment().rig.bin && session.experiment().particle.plate)
+    measured =
+        write_bulk_measurements(session.experiment(), session.films().tracks, session.folder());
   write_run_record(session.folder(), command.common, session.experiment(), session.record());
-  const std::string tracking = datasets::read_whole(session.folder().tracking());
+  const std::string text = datasets::read_whole(session.folder().tracking());
   if (command.common.json) {
-    fmt::print("{}", tracking);
+    fmt::print("{}", text);
     return 0;
   }
-  for (const auto& film : nlohmann::json::parse(tracking)["replicates"]) {
+  const auto tracking = nlohmann::json::parse(text);
+  for (const auto& film : tracking["replicates"]) {
     fmt::print(
         "{}: {}, {} frames, {:.2f} % of all poses found, calibration {:.3f} mm rms, event at "
         "{:.4f} s of film\n",
@@ -36,6 +42,7 @@ int run_track(const TrackCommand& command) {
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }
+  fmt::print("{}", measured);
   fmt::print("Tracks and overlays: {}\n", (session.folder().root / "tracks").string());
   return 0;
 }

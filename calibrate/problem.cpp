@@ -129,6 +129,12 @@ StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
 
 Problem make_problem(const datasets::Experiment& experiment,
                      std::span<const datasets::Trajectories> tracks) {
+  if (experiment.rig.bin) {
+    throw datasets::InputError(
+        fmt::format("{}: films of a bin can be tracked and measured ('graintruth track'), but not "
+                    "calibrated on: particles that leave have no place to compare.",
+                    experiment.file.string()));
+  }
   check_fit(experiment, tracks);
   Problem problem{.experiment = experiment};
   const std::vector<double> times =

@@ -49,6 +49,12 @@ class TomlSection {
   // Rows of exactly `width` numbers under stem with a length unit, e.g. fiducials_mm = [[0, 1], [2,
   // 3]].
   std::vector<std::vector<double>> rows(std::string_view stem, std::size_t width, Units units);
+  // Exactly `width` numbers under stem with a unit, e.g. centre_mm = [0, 1, 2].
+  std::vector<double> numbers(std::string_view stem, std::size_t width, Units units);
+  std::optional<std::vector<double>> optional_numbers(std::string_view stem,
+                                                      std::size_t width,
+                                                      Units units);
+  std::optional<bool> optional_flag(std::string_view key);
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
 
@@ -61,6 +67,8 @@ class TomlSection {
 
  private:
   const toml::node* find(std::string_view key);
+  // Says what is wrong where no key under `stem` was found.
+  [[noreturn]] void fail_missing(std::string_view stem, Units units) const;
   std::string qualified(std::string_view key) const;
 
   const toml::table* table_;

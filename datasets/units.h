@@ -31,6 +31,11 @@ inline constexpr std::array mass_rate_units{Unit{"kg_per_s", 1.0},
                                             Unit{"kg_per_h", 1.0 / 3600.0}};
 inline constexpr std::array areal_density_units{Unit{"kg_per_m2", 1.0}, Unit{"g_per_cm2", 10.0}};
 inline constexpr std::array density_units{Unit{"kg_per_m3", 1.0}, Unit{"g_per_cm3", 1000.0}};
+inline constexpr std::array inertia_units{
+    Unit{"kg_m2", 1.0}, Unit{"g_cm2", 1e-7}, Unit{"g_mm2", 1e-9}};
+inline constexpr std::array turning_units{Unit{"rad_per_s", 1.0},
+                                          Unit{"deg_per_s", radians_per_degree},
+                                          Unit{"rpm", 6.0 * radians_per_degree}};
 inline constexpr std::array plain{Unit{"", 1.0}};
 
 }  // namespace graintruth::datasets

@@ -56,12 +56,18 @@ struct StepOnly {
   void operator()(const ContactEvent<D>&) const {}
 };
 
-// Velocities of the surface of the wall, as a body without mass of its own.
+// The surface of the wall, as a body without mass of its own: at p its velocity is
+// velocity + spin x p.
 template <int D>
 struct WallSurface {
+  using Spin = typename Motion<D>::Spin;
   Vec<D> velocity = Vec<D>::Zero();      // m/s, half a step back
   Vec<D> velocity_now = Vec<D>::Zero();  // m/s
   Vec<D> force = Vec<D>::Zero();         // N, on the wall
+  bool turns = false;                    // else the spins are zero and the torque is not summed
+  Spin spin = Motion<D>::no_spin();      // rad/s, half a step back
+  Spin spin_now = Motion<D>::no_spin();  // rad/s
+  Spin torque = Motion<D>::no_spin();    // N m, on the wall about the origin
 };
 
 namespace detail {
@@ -100,6 +106,11 @@ inline void apply_group(const ContactGroup& group,
     if constexpr (WithWall) {
       moved += wall->velocity;
       moving += wall->velocity_now;
+      if (wall->turns) {
+        const Vec<D> point = position_a + lever_a;
+        moved += spin_velocity(wall->spin, point);
+        moving += spin_velocity(wall->spin_now, point);
+      }
     } else {
       lever_b = lever_a + position_a - bodies.position[b];
       moved += bodies.velocity[b] + spin_velocity(bodies.spin[b], lever_b);
@@ -131,7 +142,11 @@ inline void apply_group(const ContactGroup& group,
       const Vec<D> on_b = force.normal * n + as_vector(force.tangential, n);
       force_on_a -= on_b;
       torque_on_a -= moment(lever_a, on_b);
-      if constexpr (!WithWall) torque_on_b += moment(lever_b, on_b);
+      if constexpr (WithWall) {
+        if (wall->turns) wall->torque += moment(Vec<D>(position_a + lever_a), on_b);
+      } else {
+        torque_on_b += moment(lever_b, on_b);
+      }
     }
   }
   if constexpr (Visitor::commits) {
@@ -144,6 +159,23 @@ inline void apply_group(const ContactGroup& group,
       bodies.torque[b] += torque_on_b;
     }
   }
+}
+
+// Whether the rim of a wall at which a sphere touches is part of another wall that has the contact.
+// That wall is among the candidates of the same body, whose groups begin at `first_of_body`.
+inline bool edge_belongs_to_another(const std::vector<Wall>& walls,
+                                    const std::vector<ContactGroup>& groups,
+                                    std::size_t first_of_body,
+                                    int wall,
+                                    const Vec3& centre) {
+  const int body = groups[first_of_body].first;
+  for (std::size_t g = first_of_body; g < groups.size() && groups[g].first == body; ++g) {
+    const int other = groups[g].second;
+    if (other != wall && edge_belongs_to(walls[other], other < wall, walls[wall], centre)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 inline void note_overlap(double overlap,
@@ -214,7 +246,10 @@ int add_wall_forces(const ForceSetting<D>& setting,
                     OverlapTrouble& trouble,
                     Visitor& visit) {
   int contact_count = 0;
-  for (const ContactGroup& group : list.groups) {
+  std::size_t first_of_body = 0;
+  for (std::size_t g = 0; g < list.groups.size(); ++g) {
+    const ContactGroup& group = list.groups[g];
+    if (group.first != list.groups[first_of_body].first) first_of_body = g;
     int touch_count = 0;
     double sum_of_stiffness = 0.0;
     for (int c = group.begin; c < group.end; ++c) {
@@ -222,7 +257,8 @@ int add_wall_forces(const ForceSetting<D>& setting,
       const WallView view = look_at(walls[group.second], centre);
       const double overlap = list.reach[c] - view.distance;
       if (!(overlap > 0.0) ||
-          (view.is_edge && edge_belongs_to_another(walls, group.second, centre))) {
+          (view.is_edge && detail::edge_belongs_to_another(
+                               walls, list.groups, first_of_body, group.second, centre))) {
         if constexpr (Visitor::commits) list.is_touching[c] = 0;
         continue;
       }
