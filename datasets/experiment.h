@@ -32,8 +32,8 @@ struct EllipticalPlate {
 struct Particle {
   int count = 0;                         // how many lie in the rig
   std::vector<AxialSphere> spheres;      // at least one, unless the particle is a plate
-  std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
   double mass = 0.0;                     // kg
+  std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
 };
 
 struct Material {

@@ -60,7 +60,14 @@ void StagnantWatcher::add(const cv::Mat& frame) {
   const cv::Mat1f contrast = contrast_of(frame, scene_.region, scene_.contrast);
   const int side = std::max(3, static_cast<int>(scene_.shape.semi_minor / scene_.pixel()));
   cv::Mat1f change = cv::Mat1f::zeros(contrast.size()), cover;
-  if (!previous_.empty()) cv::absdiff(contrast, previous_, change);
+  if (!previous_.empty()) {
+    cv::absdiff(contrast, previous_, change);
+  } else {
+    // What a shift by one pixel would change
+    cv::absdiff(contrast.rowRange(1, contrast.rows),
+                contrast.rowRange(0, contrast.rows - 1),
+                change.rowRange(1, contrast.rows));
+  }
   cv::boxFilter(change, change, CV_32F, {side, side});
   cv::boxFilter(contrast, cover, CV_32F, {2 * side, 2 * side});
   previous_ = contrast;
@@ -92,12 +99,22 @@ StagnantBed StagnantWatcher::profile(int opened_at) const {
     std::nth_element(rest.begin(), high, rest.end());
     usual = std::max(0.5, static_cast<double>(*high));
   }
+  // What stays sharper than a pixel stands still to the eye
+  std::vector<float> shifted;
+  for (std::size_t cell = 0; cell < frames_[0].change.size(); ++cell)
+    if (frames_[0].cover[cell] > covered) shifted.push_back(frames_[0].change[cell]);
+  double limit = still_ratio * usual;
+  if (!shifted.empty()) {
+    const auto middle = shifted.begin() + static_cast<std::ptrdiff_t>(shifted.size() / 2);
+    std::nth_element(shifted.begin(), middle, shifted.end());
+    limit = std::max(limit, static_cast<double>(*middle));
+  }
   // 2. Up from the floor as far as it is covered and still, in this frame and in the next
   const double edge = 0.5 * scene_.experiment.rig.bin->orifice_width;
   StagnantBed profile;
   profile.x = x_;
-  for (std::size_t k = 0; k < frames_.size(); ++k) {
-    const Cells& now = frames_[k];
+  for (std::size_t k = 0; k < frames_.size() && frames_.size() > 1; ++k) {
+    const Cells& now = frames_[std::max<std::size_t>(k, 1)];
     const Cells& next = frames_[std::min(k + 1, frames_.size() - 1)];
     std::vector<double>& heights = profile.height.emplace_back();
     for (std::size_t i = 0; i < x_.size(); ++i) {
@@ -109,7 +126,7 @@ StagnantBed StagnantWatcher::profile(int opened_at) const {
       for (; row < rows_; ++row) {
         const std::size_t cell =
             i * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
-        const bool is_still = std::max(now.change[cell], next.change[cell]) < still_ratio * usual;
+        const bool is_still = std::max(now.change[cell], next.change[cell]) < limit;
         if (!is_still || now.cover[cell] < covered) break;
       }
       heights.push_back(row * step_);

@@ -29,15 +29,17 @@ class StagnantWatcher {
  public:
   explicit StagnantWatcher(const BedScene& scene);
   void add(const cv::Mat& frame);
-  // The height, seen from the floor, up to which the bed is covered and still; columns are as wide
-  // as a plate. `opened_at`: the first frame that is not at rest; what changes before it is noise.
+  // The height, seen from the floor, up to which the bed is covered and moves less than a pixel a
+  // frame; columns are as wide as a plate. `opened_at`: the first frame that is not at rest; what
+  // changes before it is noise.
   StagnantBed profile(int opened_at) const;
   // Whether the bed is still at a place in a frame.
   bool is_still(const StagnantBed& profile, std::size_t frame, double x, double z) const;
 
  private:
   struct Cells {
-    std::vector<float> change, cover;  // grey levels; of each column, from the floor up
+    std::vector<float> change, cover;  // grey levels; of each column, from the floor up. Of the
+                                       // first frame: what a shift by a pixel would change
   };
   const BedScene& scene_;
   double step_;  // m, of cells

@@ -142,6 +142,108 @@ cv::Mat draw_frame(const SyntheticScene& scene,
   return result;
 }
 
+namespace {
+
+// Paints `colour(point)` over the part of a disc of the plane for which it is not empty, sampled
+// `fine` times a pixel and direction.
+template <typename Colour>
+void paint(
+    cv::Mat& picture, const Camera& camera, double x, double z, double reach, Colour&& colour) {
+  const Eigen::Vector2d centre = camera.project(x, z);
+  const Eigen::Matrix2d to_plane = camera.jacobian(x, z).inverse();
+  const Eigen::Vector2d half = reach * camera.jacobian(x, z).rowwise().norm();
+  for (int row = static_cast<int>(centre.y() - half.y()) - 1; row <= centre.y() + half.y() + 1;
+       ++row) {
+    for (int column = static_cast<int>(centre.x() - half.x()) - 1;
+         column <= centre.x() + half.x() + 1;
+         ++column) {
+      if (row < 0 || column < 0 || row >= picture.rows || column >= picture.cols) continue;
+      cv::Vec3f& pixel = picture.at<cv::Vec3f>(row, column);
+      cv::Vec3f sum(0, 0, 0);
+      for (int i = 0; i < fine * fine; ++i) {
+        const Eigen::Vector2d at(column + (i % fine + 0.5) / fine - 0.5,
+                                 row + (i / fine + 0.5) / fine - 0.5);
+        cv::Vec3f sample = pixel;
+        colour(Eigen::Vector2d(to_plane * (at - centre)), sample);
+        sum += sample;
+      }
+      pixel = sum / static_cast<float>(fine * fine);
+    }
+  }
+}
+
+void paint_bars(cv::Mat& picture, const SyntheticBed& bed, bool is_open) {
+  const datasets::FlatBin& bin = *bed.scene.experiment.rig.bin;
+  const double side = 0.5 * bin.width, edge = 0.5 * bin.orifice_width;
+  constexpr double thickness = 4.0e-3, step = 1.0e-3;  // m
+  const auto square = [&](double x, double z) {
+    paint(picture, bed.scene.camera, x, z, step, [&](const Eigen::Vector2d& d, cv::Vec3f& sample) {
+      if (std::abs(d.x()) <= 0.51 * step && std::abs(d.y()) <= 0.51 * step) sample = bed.bars;
+    });
+  };
+  for (double depth = 0.5 * step; depth < thickness; depth += step) {
+    for (double z = 0.5 * step - thickness; z < bin.height; z += step) {
+      square(-side - depth, z);
+      square(side + depth, z);
+    }
+    for (double x = -side + 0.5 * step; x < side; x += step)
+      if (!is_open || std::abs(x) > edge) square(x, -depth);
+  }
+}
+
+}  // namespace
+
+cv::Mat draw_bed(const SyntheticBed& bed,
+                 const std::vector<datasets::Pose>& poses,
+                 bool is_open,
+                 int number) {
+  const SyntheticScene& scene = bed.scene;
+  const datasets::EllipticalPlate& plate = *scene.experiment.particle.plate;
+  cv::Mat picture(scene.camera.height(), scene.camera.width(), CV_32FC3);
+  picture.setTo(cv::Scalar(bed.ground[0], bed.ground[1], bed.ground[2]));
+  for (const datasets::Fiducial& dot : scene.experiment.camera.fiducials) {
+    const double tab = 1.05 * dot.diameter;
+    paint(picture,
+          scene.camera,
+          dot.x,
+          dot.z,
+          1.5 * tab,
+          [&](const Eigen::Vector2d& d, cv::Vec3f& sample) {
+            if (std::max(std::abs(d.x()), std::abs(d.y())) > tab) return;
+            sample = cv::Vec3f::all(d.norm() < 0.5 * dot.diameter ? 0.05F : 0.85F);
+          });
+  }
+  paint_bars(picture, bed, is_open);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const datasets::Pose& pose = poses[k];
+    const cv::Vec3f& colour = scene.paints[k % scene.paints.size()];
+    const double c = std::cos(pose.angle), s = std::sin(pose.angle);
+    paint(picture,
+          scene.camera,
+          pose.x,
+          pose.z,
+          plate.semi_major,
+          [&](const Eigen::Vector2d& d, cv::Vec3f& sample) {
+            const double u = (c * d.x() + s * d.y()) / plate.semi_major;
+            const double v = (c * d.y() - s * d.x()) / plate.semi_minor;
+            const double r = std::hypot(u, v);
+            if (r > 1.0) return;
+            const bool hole = std::hypot(std::abs(u) - 0.3, v) < 0.12;
+            const double rim = r > 0.85 ? 0.15 * d.y() / plate.semi_minor : 0.0;
+            sample =
+                hole ? cv::Vec3f(bed.ground) : cv::Vec3f(colour * static_cast<float>(0.9 + rim));
+          });
+  }
+  picture *= 255.0 * scene.light;
+  if (scene.blur_px > 0.0) cv::GaussianBlur(picture, picture, cv::Size(7, 7), scene.blur_px);
+  cv::Mat noise(picture.size(), CV_32FC3), result;
+  cv::RNG generator(scene.seed * 7919U + static_cast<unsigned>(number));
+  generator.fill(noise, cv::RNG::NORMAL, 0.0, scene.noise);
+  picture += noise;
+  picture.convertTo(result, CV_8UC3);
+  return result;
+}
+
 void write_film(const std::filesystem::path& file,
                 const std::vector<cv::Mat>& frames,
                 double frame_rate) {

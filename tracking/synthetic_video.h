@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "datasets/experiment.h"
+#include "datasets/trajectories.h"
 #include "tracking/camera.h"
 #include "tracking/refine.h"
 
@@ -33,6 +34,20 @@ Camera make_camera(int width,
                    double k1,
                    double roll,
                    double pixel_aspect = 1.0);
+
+// Plates in a bin: the same camera, dots, noise and blur; `paints` are those of the plates.
+struct SyntheticBed {
+  SyntheticScene scene;
+  cv::Vec3f ground{0.15F, 0.15F, 0.15F};  // blue, green, red, 0..1
+  cv::Vec3f bars{0.5F, 0.5F, 0.5F};       // of the walls and the lid
+};
+
+// One frame of it: each plate with a rim that is lighter on its upper side and two dark holes. The
+// lid closes the orifice unless `is_open`.
+cv::Mat draw_bed(const SyntheticBed& bed,
+                 const std::vector<datasets::Pose>& poses,
+                 bool is_open,
+                 int number);
 
 // One frame; `number` only seeds its noise.
 cv::Mat draw_frame(const SyntheticScene& scene,

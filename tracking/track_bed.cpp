@@ -11,6 +11,7 @@
 
 #include "datasets/input_error.h"
 #include "tracking/bed_tracks.h"
+#include "tracking/corrections.h"
 #include "tracking/overlay.h"
 #include "tracking/stagnant.h"
 #include "tracking/video.h"
@@ -188,7 +189,9 @@ void BedTracker::look_at_bed() {
 // Contacts tell the size best: neighbours at rest touch. Where too few do, outlines tell it to some
 // per cent, because rims are rounded and shaded.
 void BedTracker::judge_size() {
-  const bool has_contacts = first_->contact_scale > 0.0;
+  // A bed whose neighbours are all further apart than their outlines say rests on no contacts.
+  constexpr double agreement = 0.05;
+  const bool has_contacts = std::abs(first_->contact_scale / first_->edge_radius - 1.0) < agreement;
   bed_.size_ratio = has_contacts ? first_->contact_scale : first_->edge_radius;
   bed_.semi_major_learned_mm = 1.0e3 * bed_.size_ratio * scene_->shape.semi_major;
   bed_.semi_minor_learned_mm = 1.0e3 * bed_.size_ratio * scene_->shape.semi_minor;
@@ -524,7 +527,12 @@ TrackedBed BedTracker::run(const TrackingOptions& options) {
     map_stagnant_bed(options, result);
   else
     follow_plates(options, result);
-  // 4. How good that is
+  // 4. Repairs by hand, and how good the result is
+  if (!replicate_.corrections.empty()) {
+    for (std::string& sentence :
+         apply_corrections(replicate_.corrections, scene_->pixel(), result.trajectories))
+      warn(std::move(sentence));
+  }
   judge();
   summary_.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();

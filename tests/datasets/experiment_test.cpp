@@ -36,6 +36,58 @@ std::string complaint_about(const std::string& from, const std::string& to) {
 
 #define EXPECT_CONTAINS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
+// A bin of plates with two films, its rig table and its replicates as given.
+Experiment load_bin(const std::string& rig, const std::string& replicate) {
+  const TemporaryFolder folder;
+  for (const char* film : {"a.mp4", "b.mp4"}) folder.write(film, "");
+  std::string text = bundled_text();
+  const auto cut = [&](const std::string& from, const std::string& to, const std::string& in) {
+    const auto start = text.find(from), end = text.find(to, start);
+    text.replace(start, end - start, in);
+  };
+  cut("spheres = [",
+      "# Bench",
+      "plate = {semi_major_mm = 6.9, semi_minor_mm = 5.3, thickness_mm = 2.3}\n\n");
+  cut("[rig]",
+      "# Black",
+      "[rig]\nkind = \"flat_bin_orifice\"\nfront_back_gap_mm = 2.6\n" + rig + "\n\n");
+  text.resize(text.find("[[replicate]]"));
+  text += "[[replicate]]\nvideo = \"a.mp4\"\n" + replicate + "\n[[replicate]]\nvideo = \"b.mp4\"\n";
+  return load_experiment(folder.write("bin.toml", text));
+}
+
+TEST(LoadExperiment, GivesEveryReplicateOfABinItsOwnOrificeAndFrameRate) {
+  const Experiment experiment =
+      load_bin("bin_width_mm = 150\nbin_height_mm = 200\norifice_width_mm = 60",
+               "orifice_width_mm = 50\nframe_rate_hz = 25");
+  ASSERT_TRUE(experiment.particle.plate.has_value());
+  EXPECT_NEAR(experiment.particle.plate->semi_minor, 0.0053, 1e-15);
+  const Experiment first = as_filmed(experiment, experiment.replicates[0]);
+  const Experiment second = as_filmed(experiment, experiment.replicates[1]);
+  EXPECT_NEAR(first.rig.bin->orifice_width, 0.05, 1e-15);
+  EXPECT_EQ(first.camera.frame_rate, 25.0);
+  EXPECT_NEAR(second.rig.bin->orifice_width, 0.06, 1e-15);
+  EXPECT_EQ(second.camera.frame_rate, 50.0);
+  // Side walls and the floor left and right of the orifice
+  ASSERT_EQ(first.rig.walls.size(), 4U);
+  EXPECT_NEAR(first.rig.walls[2].to_x, -0.025, 1e-15);
+}
+
+TEST(LoadExperiment, NeedsAnOrificeThatFitsTheBin) {
+  const auto complaint = [](const std::string& rig) -> std::string {
+    try {
+      load_bin(rig, "orifice_width_mm = 50");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(complaint("bin_width_mm = 150\nbin_height_mm = 200").find("orifice_width_mm"),
+            std::string::npos);
+  EXPECT_NE(complaint("bin_width_mm = 40\nbin_height_mm = 200").find("wider than the bin"),
+            std::string::npos);
+}
+
 TEST(LoadExperiment, TheBundledOneIsInSiUnits) {
   const Experiment experiment =
       load_experiment(GRAINTRUTH_SOURCE_DIR "/datasets/micro/experiment.toml");

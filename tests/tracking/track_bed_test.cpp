@@ -1,0 +1,244 @@
+// Drawn films of plates running out of a bin, with other sizes and colours than the bundled ones.
+#include "tracking/track_bed.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "datasets/input_error.h"
+#include "tests/support/temporary_folder.h"
+#include "tracking/corrections.h"
+#include "tracking/plate.h"
+#include "tracking/recording.h"
+#include "tracking/synthetic_video.h"
+
+namespace graintruth::tracking {
+namespace {
+
+constexpr double frame_rate = 120.0;  // Hz
+constexpr double opening = 0.05;      // s of film
+constexpr int frames = 22;
+constexpr double degree = std::numbers::pi / 180.0;
+
+// Larger and longer than the bundled buttons, and dark on a light ground.
+SyntheticBed make_bed() {
+  SyntheticBed bed;
+  datasets::Experiment& experiment = bed.scene.experiment;
+  experiment.file = "drawn.toml";
+  experiment.particle.count = 30;
+  experiment.particle.plate = datasets::EllipticalPlate{0.010, 0.0065, 0.002};
+  experiment.rig.bin = datasets::FlatBin{0.14, 0.12, 0.06};
+  experiment.camera.frame_rate = frame_rate;
+  for (const double x : {-0.095, 0.095})
+    for (const double z : {-0.02, 0.03, 0.08, 0.115})
+      experiment.camera.fiducials.push_back({x, z, 0.008});
+  bed.scene.camera = make_camera(440, 400, 0.0, 0.045, 1.1, 2000.0, -0.1, 0.01);
+  bed.scene.paints = {{0.30F, 0.22F, 0.20F}, {0.18F, 0.30F, 0.22F}, {0.15F, 0.18F, 0.35F}};
+  bed.ground = {0.8F, 0.8F, 0.78F};
+  bed.bars = {0.45F, 0.5F, 0.5F};
+  bed.scene.noise = 2.0;
+  return bed;
+}
+
+// Five rows of six; those over the orifice fall freely once it opens and turn on their way. Angles
+// differ from plate to plate; none overlaps another.
+std::vector<datasets::Pose> poses_at(double time) {
+  std::vector<datasets::Pose> poses;
+  for (int row = 0; row < 5; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      datasets::Pose pose{-0.055 + 0.022 * column,
+                          0.0075 + 0.0165 * row,
+                          (12.0 * ((3 * row + 5 * column) % 5 - 2)) * degree};
+      const double falling = std::max(0.0, time - opening);
+      if (std::abs(pose.x) < 0.025) {
+        pose.z -= 0.5 * 9.81 * falling * falling;
+        pose.angle += (column == 2 ? 3.0 : -2.0) * falling;
+      }
+      poses.push_back(pose);
+    }
+  }
+  return poses;
+}
+
+std::vector<cv::Mat> draw_film(int from = 0, int count = frames) {
+  const SyntheticBed bed = make_bed();
+  std::vector<cv::Mat> film;
+  for (int k = from; k < from + count; ++k)
+    film.push_back(draw_bed(bed, poses_at(k / frame_rate), k / frame_rate > opening, k));
+  return film;
+}
+
+const std::vector<cv::Mat>& film() {
+  static const std::vector<cv::Mat> drawn = draw_film();
+  return drawn;
+}
+
+TrackedBed track(const datasets::Experiment& experiment,
+                 const std::vector<cv::Mat>& pictures,
+                 double rate = frame_rate) {
+  const tests::TemporaryFolder folder;
+  const datasets::Replicate replicate{"drawn", folder.path() / "film.avi", {}};
+  write_film(replicate.video, pictures, rate);
+  return track_bed(as_recorded(experiment, replicate), replicate);
+}
+
+bool tells(const TrackingSummary& summary, const std::string& part) {
+  for (const std::string& sentence : summary.warnings)
+    if (sentence.find(part) != std::string::npos) return true;
+  return false;
+}
+
+struct Errors {
+  double position_px = 0.0, angle_deg = 0.0, normalised = 0.0;  // rms
+  int seen = 0, strangers = 0;
+};
+
+Errors errors_of(const TrackedBed& tracked) {
+  Errors errors;
+  std::vector<int> identity(static_cast<std::size_t>(tracked.trajectories.particles), -1);
+  for (std::size_t k = 0; k < tracked.trajectories.frames(); ++k) {
+    const auto truth = poses_at(tracked.trajectories.time[k] + tracked.summary.event_time_s);
+    for (std::size_t p = 0; p < identity.size(); ++p) {
+      const datasets::Pose& seen = tracked.trajectories.poses[tracked.trajectories.index(k, p)];
+      if (!std::isfinite(seen.x)) continue;
+      int nearest = 0;
+      double least = 1.0;
+      for (std::size_t q = 0; q < truth.size(); ++q) {
+        const double distance = std::hypot(truth[q].x - seen.x, truth[q].z - seen.z);
+        if (distance < least) {
+          least = distance;
+          nearest = static_cast<int>(q);
+        }
+      }
+      if (k == 0) identity[p] = nearest;
+      ++errors.seen;
+      errors.strangers += identity[p] != nearest;
+      const datasets::Pose& real = truth[static_cast<std::size_t>(nearest)];
+      const datasets::Pose& sigma = tracked.trajectories.sigmas[tracked.trajectories.index(k, p)];
+      errors.position_px += least * least;
+      errors.normalised +=
+          std::pow((seen.x - real.x) / sigma.x, 2) + std::pow((seen.z - real.z) / sigma.z, 2);
+      const double angle = std::remainder(seen.angle - real.angle, std::numbers::pi);
+      errors.angle_deg += angle * angle;
+    }
+  }
+  const double n = errors.seen;
+  errors.position_px = std::sqrt(errors.position_px / (2.0 * n)) * 2000.0;
+  errors.normalised = std::sqrt(errors.normalised / (2.0 * n));
+  errors.angle_deg = std::sqrt(errors.angle_deg / n) / degree;
+  return errors;
+}
+
+TEST(TouchingScale, OfPlatesInLineIsTheirDistanceOverTheirAxes) {
+  const PlateShape shape{0.010, 0.006};
+  // The search stops at a part in a million.
+  EXPECT_NEAR(touching_scale({0, 0, 0}, {0.02, 0, 0}, shape), 1.0, 1e-6);
+  EXPECT_NEAR(touching_scale({0, 0, 0}, {0, 0.006, 0}, shape), 0.5, 1e-6);
+  // Side to tip: b + a
+  EXPECT_NEAR(touching_scale({0, 0, std::numbers::pi / 2}, {0.016, 0, 0}, shape), 1.0, 1e-6);
+}
+
+TEST(TrackBed, FollowsEveryPlateOfADrawnDischarge) {
+  const TrackedBed tracked = track(make_bed().scene.experiment, film());
+  EXPECT_EQ(tracked.bed.found_first, 30);
+  EXPECT_EQ(tracked.bed.unaccounted, 0);
+  EXPECT_EQ(tracked.bed.discharged + tracked.bed.remaining, 30);
+  // Two columns of five fall; how many are through at the end is plain kinematics
+  int through = 0;
+  for (const datasets::Pose& pose : poses_at((frames - 1) / frame_rate)) through += pose.z < 0.0;
+  EXPECT_EQ(tracked.bed.discharged, through);
+  const Errors errors = errors_of(tracked);
+  EXPECT_EQ(errors.strangers, 0);
+  EXPECT_LT(errors.position_px, 0.15);  // the product's limit
+  EXPECT_LT(errors.angle_deg, 1.0);
+  EXPECT_GT(errors.normalised, 0.5);
+  EXPECT_LT(errors.normalised, 1.6);
+  // A fifth of a frame is what sets the opening apart from noise in the first drops
+  EXPECT_NEAR(tracked.summary.event_time_s, opening, 0.5 / frame_rate);
+  for (const std::string& sentence : tracked.summary.warnings) ADD_FAILURE() << sentence;
+}
+
+TEST(TrackBed, TellsOfAWrongCount) {
+  datasets::Experiment experiment = make_bed().scene.experiment;
+  experiment.particle.count = 32;
+  const TrackingSummary summary = track(experiment, film()).summary;
+  EXPECT_EQ(summary.grade, Grade::fail);
+  EXPECT_TRUE(tells(summary, "shows 30 particles but the experiment says 32"));
+}
+
+TEST(TrackBed, TellsOfAWrongSize) {
+  for (const double factor : {0.9, 1.06}) {
+    datasets::Experiment experiment = make_bed().scene.experiment;
+    experiment.particle.plate->semi_major *= factor;
+    experiment.particle.plate->semi_minor *= factor;
+    EXPECT_TRUE(tells(track(experiment, film()).summary, "check the particle's size")) << factor;
+  }
+}
+
+TEST(TrackBed, TellsOfAFilmThatStartsAfterTheOpening) {
+  const auto late = draw_film(10, 12);
+  const TrackingSummary summary = track(make_bed().scene.experiment, late).summary;
+  EXPECT_EQ(summary.grade, Grade::fail);
+  EXPECT_TRUE(tells(summary, "starts after the orifice has opened"));
+}
+
+TEST(TrackBed, RefusesAFilmWithoutPlates) {
+  const SyntheticBed bed = make_bed();
+  std::vector<cv::Mat> empty;
+  for (int k = 0; k < 8; ++k) empty.push_back(draw_bed(bed, {}, k > 4, k));
+  try {
+    track(bed.scene.experiment, empty);
+    FAIL() << "was tracked";
+  } catch (const datasets::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("nothing leaves the bin"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Corrections, AreReplayedInOrder) {
+  const tests::TemporaryFolder folder;
+  datasets::Trajectories tracks = datasets::make_trajectories(3, 2, true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    tracks.poses[tracks.index(k, 0)] = {1.0, 0.0, 0.0};
+    tracks.poses[tracks.index(k, 1)] = {2.0, 0.0, 0.0};
+  }
+  const auto file = folder.write("repairs.csv",
+                                 "frame,action,particle,other,x_m,z_m,angle_rad\n"
+                                 "1,swap,1,2,,,\n"
+                                 "0,move,2,,5,6,0.5\n"
+                                 "2,delete,2,,,,\n");
+  EXPECT_EQ(apply_corrections(file, 1.0e-3, tracks).size(), 3U);
+  EXPECT_EQ(tracks.poses[tracks.index(0, 0)].x, 1.0);
+  EXPECT_EQ(tracks.poses[tracks.index(1, 0)].x, 2.0);
+  EXPECT_EQ(tracks.poses[tracks.index(2, 0)].x, 2.0);
+  EXPECT_EQ(tracks.poses[tracks.index(0, 1)].z, 6.0);
+  EXPECT_EQ(tracks.sigmas[tracks.index(0, 1)].x, 1.0e-3);
+  EXPECT_EQ(tracks.poses[tracks.index(1, 1)].x, 1.0);
+  EXPECT_TRUE(std::isnan(tracks.poses[tracks.index(2, 1)].x));
+  const auto wrong = folder.write("wrong.csv", "frame,action,particle\n7,delete,1\n");
+  EXPECT_THROW(apply_corrections(wrong, 1.0e-3, tracks), datasets::InputError);
+}
+
+TEST(TrackBed, TakesInterlacedFramesApart) {
+  std::vector<cv::Mat> woven;
+  for (int k = 0; k + 1 < frames; k += 2) {
+    cv::Mat frame = film()[static_cast<std::size_t>(k)].clone();
+    const cv::Mat& later = film()[static_cast<std::size_t>(k) + 1];
+    for (int row = 1; row < frame.rows; row += 2) later.row(row).copyTo(frame.row(row));
+    woven.push_back(frame);
+  }
+  datasets::Experiment experiment = make_bed().scene.experiment;
+  experiment.camera.frame_rate = 0.5 * frame_rate;
+  const TrackedBed tracked = track(experiment, woven, 0.5 * frame_rate);
+  EXPECT_EQ(tracked.bed.scan, "even rows first");
+  EXPECT_EQ(tracked.trajectories.frames(), static_cast<std::size_t>(frames));
+  const Errors errors = errors_of(tracked);
+  EXPECT_EQ(errors.strangers, 0);
+  EXPECT_LT(errors.position_px, 0.2);
+  EXPECT_TRUE(tells(tracked.summary, "interlaced"));
+}
+
+}  // namespace
+}  // namespace graintruth::tracking
