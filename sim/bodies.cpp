@@ -7,14 +7,16 @@ void start_turn(const Body& body, Bodies<2>& bodies) {
   bodies.turns.angle.push_back(body.picture_angle);
   const Vec2 axis = into_plane(body.orientation * Vec3::UnitX());
   bodies.turns.direction.push_back(axis.normalized());
-  bodies.spin.push_back(picture_spin_of(body.angular_velocity));
+  bodies.motion.back().spin = picture_spin_of(body.angular_velocity);
 }
 
 void start_turn(const Body& body, Bodies<3>& bodies) {
   bodies.turns.world_from_body.push_back(body.orientation);
-  bodies.turns.spin_in_body.push_back(body.orientation.conjugate() * body.angular_velocity);
+  bodies.turns.spin_in_body.push_back(bodies.is_round.back()
+                                          ? body.angular_velocity
+                                          : body.orientation.conjugate() * body.angular_velocity);
   bodies.turns.acceleration_in_body.push_back(Vec3::Zero());
-  bodies.spin.push_back(body.angular_velocity);
+  bodies.motion.back().spin = body.angular_velocity;
 }
 
 }  // namespace
@@ -35,6 +37,8 @@ Bodies<D> make_bodies(const Scene& scene) {
       bodies.inertia.push_back(type.inertia);
       bodies.inverse_inertia.push_back(type.inertia.cwiseInverse());
     }
+    bodies.is_round.push_back(type.inertia.x() == type.inertia.y() &&
+                              type.inertia.y() == type.inertia.z());
     bodies.bounding_radius.push_back(type.bounding_radius);
     bodies.material.push_back(type.material);
     for (const ElementSphere& sphere : type.spheres) {
@@ -42,17 +46,19 @@ Bodies<D> make_bodies(const Scene& scene) {
       bodies.sphere_in_body.push_back(to_motion<D>(sphere.centre));
     }
     bodies.first_sphere.push_back(static_cast<int>(bodies.sphere_radius.size()));
-    bodies.position.push_back(to_motion<D>(body.position));
-    bodies.velocity.push_back(to_motion<D>(body.velocity));
+    const Vec<D> velocity = to_motion<D>(body.velocity);
+    bodies.motion.push_back({to_motion<D>(body.position),
+                             velocity,
+                             velocity,
+                             Motion<D>::no_spin(),
+                             Motion<D>::no_spin()});
     start_turn(body, bodies);
+    bodies.motion.back().spin_now = bodies.motion.back().spin;
   }
   const std::size_t count = scene.bodies.size();
   bodies.acceleration.assign(count, Vec<D>::Zero());
   bodies.angular_acceleration.assign(count, Motion<D>::no_spin());
-  bodies.force.assign(count, Vec<D>::Zero());
-  bodies.torque.assign(count, Motion<D>::no_spin());
-  bodies.velocity_now = bodies.velocity;
-  bodies.spin_now = bodies.spin;
+  bodies.load.resize(count);
   bodies.sphere_position.assign(bodies.sphere_radius.size(), Vec<D>::Zero());
   for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
   return bodies;
@@ -67,15 +73,15 @@ void write_state(const Bodies<D>& bodies, State& state) {
   state.angular_velocity.resize(count);
   state.picture_angle.resize(D == 2 ? count : 0);
   for (int i = 0; i < count; ++i) {
-    state.position[i] = to_space(bodies.position[i], bodies.layer);
-    state.velocity[i] = to_space(bodies.velocity_now[i]);
+    state.position[i] = to_space(bodies.motion[i].position, bodies.layer);
+    state.velocity[i] = to_space(bodies.motion[i].velocity_now);
     if constexpr (D == 2) {
       state.picture_angle[i] = bodies.turns.angle[i];
       state.orientation[i] = orientation_from_picture_angle(bodies.turns.angle[i]);
-      state.angular_velocity[i] = angular_velocity_from_picture_spin(bodies.spin_now[i]);
+      state.angular_velocity[i] = angular_velocity_from_picture_spin(bodies.motion[i].spin_now);
     } else {
       state.orientation[i] = bodies.turns.world_from_body[i];
-      state.angular_velocity[i] = bodies.spin_now[i];
+      state.angular_velocity[i] = bodies.motion[i].spin_now;
     }
   }
 }

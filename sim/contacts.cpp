@@ -42,6 +42,10 @@ void keep_springs(const ContactList<D>& old_list, ContactList<D>& new_list) {
 template <int D>
 void ContactList<D>::clear() {
   groups.clear();
+  ranges.clear();
+  largest_group = 0;
+  largest_range = 0;
+  group_of.clear();
   first_sphere.clear();
   second_sphere.clear();
   reach.clear();
@@ -58,6 +62,21 @@ void ContactList<D>::add(int first, int second, double sum_of_radii, double fact
   stiffness_factor.push_back(factor);
   spring.push_back(Motion<D>::no_tangent());
   is_touching.push_back(0);
+}
+
+template <int D>
+void ContactList<D>::close_group(int first, int second, int pair, double reduced_mass) {
+  const int begin = groups.empty() ? 0 : groups.back().end;
+  const int end = count();
+  if (end == begin) return;
+  if (ranges.empty() || ranges.back().end - ranges.back().begin >= kCandidatesInRange) {
+    ranges.push_back({begin, begin});
+  }
+  ranges.back().end = end;
+  largest_range = std::max(largest_range, end - ranges.back().begin);
+  largest_group = std::max(largest_group, end - begin);
+  group_of.resize(end, static_cast<int>(groups.size()));
+  groups.push_back({first, second, begin, end, pair, reduced_mass});
 }
 
 template <int D>
@@ -82,10 +101,11 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
                                   int material_count,
                                   double margin) {
   new_between_.clear();
-  find_near_pairs<D>(bodies.position, bodies.bounding_radius, margin, cells_, near_);
+  centres_.resize(bodies.motion.size());
+  for (int i = 0; i < bodies.count(); ++i) centres_[i] = bodies.motion[i].position;
+  find_near_pairs<D>(centres_, bodies.bounding_radius, margin, cells_, near_);
   for (const IndexPair& near : near_) {
     const int i = near.first, j = near.second;
-    const int begin = new_between_.count();
     const int pair = bodies.material[i] * material_count + bodies.material[j];
     const double modulus = pairs[pair].normal_modulus;
     for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
@@ -98,9 +118,8 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
         new_between_.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
       }
     }
-    const int end = new_between_.count();
-    const double reduced = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
-    if (end > begin) new_between_.groups.push_back({i, j, begin, end, pair, reduced});
+    new_between_.close_group(
+        i, j, pair, bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]));
   }
 }
 
@@ -112,10 +131,9 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   double margin) {
   new_walls_.clear();
   for (int i = 0; i < bodies.count(); ++i) {
-    const Vec3 centre = to_space(bodies.position[i], bodies.layer);
+    const Vec3 centre = to_space(bodies.motion[i].position, bodies.layer);
     for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
       if (look_at(walls[w], centre).distance >= bodies.bounding_radius[i] + margin) continue;
-      const int begin = new_walls_.count();
       const int pair = bodies.material[i] * material_count + walls[w].material;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const double radius = bodies.sphere_radius[s];
@@ -124,8 +142,7 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
         // R* = R1 at a flat wall
         new_walls_.add(s, 0, radius, 2.0 * pairs[pair].normal_modulus * std::sqrt(radius));
       }
-      const int end = new_walls_.count();
-      if (end > begin) new_walls_.groups.push_back({i, w, begin, end, pair, bodies.mass[i]});
+      new_walls_.close_group(i, w, pair, bodies.mass[i]);
     }
   }
 }

@@ -20,9 +20,22 @@ struct ContactGroup {
   double reduced_mass;  // kg; a wall's partner has its own mass
 };
 
+// Candidates [begin, end), whole groups: what is gathered into one batch.
+struct CandidateRange {
+  int begin, end;
+};
+
+// A range is closed when it holds this many candidates: few enough for its contacts to stay in the
+// first-level cache.
+constexpr int kCandidatesInRange = 96;
+
 template <int D>
 struct ContactList {
   std::vector<ContactGroup> groups;
+  std::vector<CandidateRange> ranges;
+  int largest_group = 0;  // candidates
+  int largest_range = 0;  // candidates
+  std::vector<int> group_of;
   std::vector<int> first_sphere;
   std::vector<int> second_sphere;        // 0 with walls
   std::vector<double> reach;             // m; sum of the radii
@@ -32,11 +45,10 @@ struct ContactList {
 
   void clear();
   void add(int first, int second, double sum_of_radii, double factor);
+  // Makes a group of the candidates added since the last one, if there are any.
+  void close_group(int first, int second, int pair, double reduced_mass);
   int count() const { return static_cast<int>(reach.size()); }
 };
-
-// Of every pair of materials, by index first * materials + second.
-using PairTable = std::vector<PairMaterial>;
 
 // Fills both lists with everything closer than `margin` (m); springs of contacts in the old lists
 // are kept. The old lists are overwritten with the new ones.
@@ -63,6 +75,7 @@ class ContactSearch {
                   double margin);
 
   CellList cells_;
+  std::vector<Vec<D>> centres_;
   std::vector<IndexPair> near_;
   ContactList<D> new_between_, new_walls_;
 };

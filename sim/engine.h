@@ -44,13 +44,15 @@ class Engine {
   std::uint64_t state_hash() const;
 
  private:
-  template <class Visitor>
-  void add_forces(Visitor& visit);
-  template <bool Clipped, class Visitor>
-  int add_forces_of_law(Visitor& visit);
+  template <class Observer>
+  void add_forces(Observer& observe);
+  template <class Law, class Observer>
+  int add_forces_of_law(const Law& law, Observer& observe);
   void start();
   void find_contacts();
   void find_contacts_if_moved();
+  double fitting_skin() const;
+  void narrow_skin();
   double largest_displacement() const;
   void move_walls_to(double time);
   bool integrate();
@@ -66,16 +68,17 @@ class Engine {
   std::vector<WallSurface<D>> wall_surfaces_;
   ContactSearch<D> search_;
   ContactList<D> between_, with_walls_;
-  std::vector<Touch<D>> touches_;
+  ContactBatch<D> batch_;
 
   double time_ = 0.0;
   StepFactors factors_;
   double global_damping_ = 0.0;
-  double slip_time_ = 0.0;     // s; length of the step that brought the bodies here
-  double largest_move_ = 0.0;  // m a step
-  double skin_ = 0.0;
-  double travel_ = 0.0;       // m; bound on the path of any surface point since the last search
-  double wall_travel_ = 0.0;  // m; the same for walls
+  double slip_time_ = 0.0;        // s; length of the step that brought the bodies here
+  double largest_move_ = 0.0;     // m a step
+  double smallest_radius_ = 0.0;  // m
+  double skin_ = 0.0;             // m
+  double travel_ = 0.0;           // m; bound on the path of any surface point since the last search
+  double wall_travel_ = 0.0;      // m; the same for walls
   std::vector<Vec<D>> searched_position_;
   typename TurnsOf<D>::type searched_turns_;
 
@@ -83,6 +86,8 @@ class Engine {
   std::string trouble_;
   std::int64_t contact_steps_ = 0;
   std::int64_t searches_ = 0;
+  std::int64_t steps_ = 0;
+  std::int64_t searched_at_step_ = 0;
   double damping_loss_ = 0.0;  // J
   double tangential_work_ =
       0.0;                  // J; taken out of the motion by tangential forces, stored part included

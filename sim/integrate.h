@@ -33,17 +33,18 @@ inline NextVelocity<D> next_velocity(const Bodies<D>& bodies,
                                      int i,
                                      const Vec<D>& gravity,
                                      const StepFactors& step) {
-  const Vec<D> acceleration = bodies.force[i] * bodies.inverse_mass[i] + gravity;
-  return {acceleration, bodies.velocity[i] * step.keep + acceleration * step.gain};
+  const Vec<D> acceleration = to_eigen(bodies.load[i].force) * bodies.inverse_mass[i] + gravity;
+  return {acceleration, bodies.motion[i].velocity * step.keep + acceleration * step.gain};
 }
 
 // Commits it:  r(N+1) = r(N) + v(N+1/2) dt   (thesis 2.18); predicts the velocity at the new time.
 template <int D>
 inline void move(Bodies<D>& bodies, int i, const NextVelocity<D>& next, const StepFactors& step) {
+  BodyMotion<D>& motion = bodies.motion[i];
   bodies.acceleration[i] = next.acceleration;
-  bodies.velocity[i] = next.velocity;
-  bodies.velocity_now[i] = next.velocity + step.half * next.acceleration;
-  bodies.position[i] += next.velocity * step.time_step;
+  motion.velocity = next.velocity;
+  motion.velocity_now = next.velocity + step.half * next.acceleration;
+  motion.position += next.velocity * step.time_step;
 }
 
 // Angular velocity half a step on, not yet committed.
@@ -60,8 +61,8 @@ struct NextSpatialSpin {
 
 //   I dw/dt = M, about y
 inline NextPlanarSpin next_spin(const Bodies<2>& bodies, int i, const StepFactors& step) {
-  const double acceleration = bodies.torque[i] * bodies.inverse_inertia[i];
-  return {acceleration, bodies.spin[i] * step.keep + acceleration * step.gain};
+  const double acceleration = bodies.load[i].torque * bodies.inverse_inertia[i];
+  return {acceleration, bodies.motion[i].spin * step.keep + acceleration * step.gain};
 }
 
 // Euler's equations in body axes, I dw/dt = M - w x (I w) (thesis 2.15 with w w in place of the
@@ -69,15 +70,16 @@ inline NextPlanarSpin next_spin(const Bodies<2>& bodies, int i, const StepFactor
 // fixed-point iteration: without a moment both the energy and |L| are then kept to round-off.
 inline NextSpatialSpin next_spin(const Bodies<3>& bodies, int i, const StepFactors& step) {
   constexpr int kIterations = 4;  // each gains a factor w dt, about 1e-2 or less
-  const Vec3& inertia = bodies.inertia[i];
   const Vec3& inverse = bodies.inverse_inertia[i];
   const Vec3& before = bodies.turns.spin_in_body[i];
-  const Vec3 torque = bodies.turns.world_from_body[i].conjugate() * bodies.torque[i];
-  const bool is_round = inertia.x() == inertia.y() && inertia.y() == inertia.z();
-  Vec3 acceleration = bodies.turns.acceleration_in_body[i];
-  if (is_round) {
-    acceleration = torque.cwiseProduct(inverse);
+  Vec3 acceleration;
+  if (bodies.is_round[i]) {
+    acceleration = to_eigen(bodies.load[i].torque).cwiseProduct(inverse);
   } else {
+    const Vec3& inertia = bodies.inertia[i];
+    const Vec3 torque =
+        bodies.turns.world_from_body[i].conjugate() * to_eigen(bodies.load[i].torque);
+    acceleration = bodies.turns.acceleration_in_body[i];
     for (int k = 0; k < kIterations; ++k) {
       const Vec3 middle = before + step.half * acceleration;
       const Vec3 momentum = inertia.cwiseProduct(middle);
@@ -87,11 +89,12 @@ inline NextSpatialSpin next_spin(const Bodies<3>& bodies, int i, const StepFacto
   return {acceleration, before * step.keep + acceleration * step.gain};
 }
 
-// Commits the spin and turns the body through spin dt; predicts the spin at the new time.
+// Commits the spin, turns the body through spin dt and places its spheres; predicts the spin at the
+// new time. The body has been moved before.
 inline void turn(Bodies<2>& bodies, int i, const NextPlanarSpin& next, const StepFactors& step) {
   bodies.angular_acceleration[i] = next.acceleration;
-  bodies.spin[i] = next.spin;
-  bodies.spin_now[i] = next.spin + step.half * next.acceleration;
+  bodies.motion[i].spin = next.spin;
+  bodies.motion[i].spin_now = next.spin + step.half * next.acceleration;
   const double angle = next.spin * step.time_step;
   bodies.turns.angle[i] += angle;
   const SmallTurn small = small_turn(angle);
@@ -100,33 +103,44 @@ inline void turn(Bodies<2>& bodies, int i, const NextPlanarSpin& next, const Ste
                     old.y() * small.cosine + old.x() * small.sine);
   // First-order renormalisation: the length is 1 to round-off already
   bodies.turns.direction[i] = turned * (1.5 - 0.5 * turned.squaredNorm());
+  place_spheres(bodies, i);
 }
 
-// q(N+1) = q(N) exp(w dt / 2), w in body axes
+// q(N+1) = q(N) exp(w dt / 2) with w in body axes; exp(w dt / 2) q(N) with w in world axes
 inline void turn(Bodies<3>& bodies, int i, const NextSpatialSpin& next, const StepFactors& step) {
   bodies.turns.acceleration_in_body[i] = next.acceleration;
   bodies.turns.spin_in_body[i] = next.spin;
-  const double rate = next.spin.norm();
-  Quat& world_from_body = bodies.turns.world_from_body[i];
-  if (rate > 0.0) {
-    const SmallTurn half = small_turn(rate * step.half);
-    const Vec3 vector = next.spin * (half.sine / rate);
-    world_from_body = world_from_body * Quat(half.cosine, vector.x(), vector.y(), vector.z());
-    world_from_body.coeffs() *= 1.5 - 0.5 * world_from_body.squaredNorm();
+  const HalfTurn half = half_turn(next.spin.squaredNorm() * step.half * step.half);
+  const Vec3 vector = next.spin * (step.half * half.sine_over_angle);
+  const Quat turn(half.cosine, vector.x(), vector.y(), vector.z());
+  const Vec3 spin_now = next.spin + step.half * next.acceleration;
+  const Quat before = bodies.turns.world_from_body[i];
+  Quat after = bodies.is_round[i] ? turn * before : before * turn;
+  // First-order renormalisation: the length is 1 to round-off already
+  after.coeffs() *= 1.5 - 0.5 * after.squaredNorm();
+  bodies.turns.world_from_body[i] = after;
+  if (bodies.is_round[i]) {
+    bodies.motion[i].spin = next.spin;
+    bodies.motion[i].spin_now = spin_now;
+    place_spheres(bodies, i);
+  } else {
+    const Mat3 world_from_body = after.toRotationMatrix();
+    bodies.motion[i].spin = world_from_body * next.spin;
+    bodies.motion[i].spin_now = world_from_body * spin_now;
+    place_spheres(bodies, i, world_from_body);
   }
-  bodies.spin[i] = world_from_body * next.spin;
-  bodies.spin_now[i] = world_from_body * Vec3(next.spin + step.half * next.acceleration);
 }
 
 // After a change of the time step: half-step velocities belong to the new half step.
 inline void shift_half_step(Bodies<2>& bodies, int i, double later) {
-  bodies.velocity[i] += later * bodies.acceleration[i];
-  bodies.spin[i] += later * bodies.angular_acceleration[i];
+  bodies.motion[i].velocity += later * bodies.acceleration[i];
+  bodies.motion[i].spin += later * bodies.angular_acceleration[i];
 }
 inline void shift_half_step(Bodies<3>& bodies, int i, double later) {
-  bodies.velocity[i] += later * bodies.acceleration[i];
+  bodies.motion[i].velocity += later * bodies.acceleration[i];
   bodies.turns.spin_in_body[i] += later * bodies.turns.acceleration_in_body[i];
-  bodies.spin[i] = bodies.turns.world_from_body[i] * bodies.turns.spin_in_body[i];
+  const Vec3& spin = bodies.turns.spin_in_body[i];
+  bodies.motion[i].spin = bodies.is_round[i] ? spin : Vec3(bodies.turns.world_from_body[i] * spin);
 }
 
 }  // namespace graintruth::sim

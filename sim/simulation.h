@@ -22,7 +22,7 @@ struct SimulationOptions {
   DampingSharing damping_sharing = DampingSharing::inv_sqrt_n;
   double tangential_damping = 1.0;  // -; tangential over normal damping ratio, 0 for none
   double global_damping = 0.0;      // 1/s; f of thesis 1.76-1.83, for settling
-  double skin = 0.0;  // m; how far apart candidates may be; 0 for a tenth of the smallest radius
+  double skin = 0.0;                // m; how far apart candidates may be; 0: follows the motion
   double largest_move =
       0.1;  // smallest radii a step, rotation of the ends included (thesis 2.5.5, 6.1-ii)
   double largest_overlap = 0.1;         // of the smaller radius

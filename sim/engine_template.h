@@ -1,14 +1,22 @@
-#include "sim/engine.h"
+// Definitions of Engine, for the two files that compile it: planar_engine.cpp, spatial_engine.cpp.
+#pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
+#include "sim/engine.h"
+
 namespace graintruth::sim {
-namespace {
+namespace engine_detail {
 
 // Part of the skin that may be used up before the bodies' true displacements are looked at again.
 constexpr double kSkinInUse = 0.7;
+
+// The skin follows the motion, so that it lasts for about this many steps: a search costs a few
+// steps, while a wide skin costs candidates in every step. Limits in smallest radii.
+constexpr std::int64_t kStepsPerSkin = 60;
+constexpr double kFirstSkin = 0.05, kSmallestSkin = 0.002, kLargestSkin = 0.3;
 
 // Books the work of dashpots and of tangential forces, J.
 struct WorkTally {
@@ -17,10 +25,14 @@ struct WorkTally {
   double damping_loss = 0.0;
   double tangential_work = 0.0;
   template <int D>
-  void operator()(const ContactEvent<D>& event) {
-    const double elastic = hertz_force(event.touch->stiffness, event.touch->overlap);
-    damping_loss += (elastic - event.force->normal) * event.motion->normal_speed * time_step;
-    tangential_work -= product_of(event.force->tangential, event.motion->tangential) * time_step;
+  void operator()(const BatchView<D>& view) {
+    const ContactBatch<D>& batch = view.batch;
+    for (int k = 0; k < batch.count; ++k) {
+      const double elastic = hertz_force(batch.stiffness.at(k), batch.overlap.at(k));
+      damping_loss += (elastic - batch.normal_force.at(k)) * batch.normal_speed.at(k) * time_step;
+      tangential_work -=
+          product_of(batch.tangential_force.at(k), batch.tangential_speed.at(k)) * time_step;
+    }
   }
 };
 
@@ -29,10 +41,13 @@ struct SpringEnergy {
   double normal = 0.0;
   double tangential = 0.0;
   template <int D>
-  void operator()(const ContactEvent<D>& event) {
-    normal += hertz_energy(event.touch->stiffness, event.touch->overlap);
-    const double stiffness = event.pair->tangential_ratio * event.touch->stiffness;
-    tangential += 0.5 * stiffness * product_of(event.spring, event.spring);
+  void operator()(const BatchView<D>& view) {
+    const ContactBatch<D>& batch = view.batch;
+    for (int k = 0; k < batch.count; ++k) {
+      normal += hertz_energy(batch.stiffness.at(k), batch.overlap.at(k));
+      const double stiffness = view.pairs[batch.pair[k]].tangential_ratio * batch.stiffness.at(k);
+      tangential += 0.5 * stiffness * product_of(batch.spring.at(k), batch.spring.at(k));
+    }
   }
 };
 
@@ -40,26 +55,29 @@ template <int D>
 struct ContactRecorder {
   static constexpr bool commits = false;
   const Bodies<D>& bodies;
-  const ContactList<D>& between;
-  const ContactList<D>& with_walls;
   std::vector<ContactReport> reports;
-  void operator()(const ContactEvent<D>& event) {
-    const ContactList<D>& list = event.with_wall ? with_walls : between;
+  void operator()(const BatchView<D>& view) {
+    for (int k = 0; k < view.batch.count; ++k) reports.push_back(report_of(view, k));
+  }
+  ContactReport report_of(const BatchView<D>& view, int k) const {
+    const ContactBatch<D>& batch = view.batch;
+    const ContactGroup& group = view.list.groups[batch.group[k]];
+    const int candidate = batch.candidate[k];
     ContactReport report;
-    report.first = event.group->first;
-    report.second = event.group->second;
-    report.with_wall = event.with_wall;
-    report.first_sphere = list.first_sphere[event.candidate] - bodies.first_sphere[report.first];
-    if (!event.with_wall) {
-      report.second_sphere =
-          list.second_sphere[event.candidate] - bodies.first_sphere[report.second];
+    report.first = group.first;
+    report.second = group.second;
+    report.with_wall = view.with_walls;
+    report.first_sphere = view.list.first_sphere[candidate] - bodies.first_sphere[group.first];
+    if (!view.with_walls) {
+      report.second_sphere = view.list.second_sphere[candidate] - bodies.first_sphere[group.second];
     }
-    report.overlap = event.touch->overlap;
-    report.normal = to_space(event.touch->normal);
-    report.normal_force = event.force->normal;
-    report.tangential_force = to_space(as_vector(event.force->tangential, event.touch->normal));
-    report.slides = event.force->slides;
-    reports.push_back(report);
+    const auto normal = batch.normal.at(k);
+    report.overlap = batch.overlap.at(k);
+    report.normal = to_space(to_eigen(normal));
+    report.normal_force = batch.normal_force.at(k);
+    report.tangential_force = to_space(to_eigen(as_vector(batch.tangential_force.at(k), normal)));
+    report.slides = batch.slides.at(k) != 0.0;
+    return report;
   }
 };
 
@@ -76,9 +94,9 @@ struct Hash {
   }
 };
 
-std::string number(double value) { return std::to_string(value); }
+inline std::string number(double value) { return std::to_string(value); }
 
-}  // namespace
+}  // namespace engine_detail
 
 template <int D>
 Engine<D>::Engine(const Scene& scene, const SimulationOptions& options)
@@ -95,7 +113,8 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options)
     }
     reach_squared_.push_back(type.bounding_radius * type.bounding_radius);
   }
-  skin_ = options.skin > 0.0 ? options.skin : 0.1 * smallest_radius;
+  smallest_radius_ = smallest_radius;
+  skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
   largest_move_ = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
   use_pairs(scene, options);
@@ -128,8 +147,8 @@ void Engine<D>::use_pairs(const Scene& scene, const SimulationOptions& options) 
 // (thesis 2.16).
 template <int D>
 void Engine<D>::start() {
-  StepOnly visit;
-  add_forces(visit);
+  StepOnly observe;
+  add_forces(observe);
   for (int i = 0; i < bodies_.count(); ++i) {
     bodies_.acceleration[i] = next_velocity(bodies_, i, gravity_, factors_).acceleration;
     const auto next = next_spin(bodies_, i, factors_);
@@ -143,40 +162,41 @@ void Engine<D>::start() {
 }
 
 template <int D>
-template <bool Clipped, class Visitor>
-int Engine<D>::add_forces_of_law(Visitor& visit) {
-  const ForceSetting<D> setting{
-      &pairs_, options_.damping_sharing, slip_time_, options_.largest_overlap};
-  return add_pair_forces<D, Clipped>(
-             setting, between_, bodies_, touches_, overlap_trouble_, visit) +
-         add_wall_forces<D, Clipped>(setting,
-                                     walls_,
-                                     wall_surfaces_,
-                                     with_walls_,
-                                     bodies_,
-                                     touches_,
-                                     overlap_trouble_,
-                                     visit);
+template <class Law, class Observer>
+int Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
+  const ForceSetting setting{&pairs_, slip_time_, options_.largest_overlap};
+  return add_pair_forces<D>(law, setting, between_, bodies_, batch_, overlap_trouble_, observe) +
+         add_wall_forces<D>(law,
+                            setting,
+                            walls_,
+                            wall_surfaces_,
+                            with_walls_,
+                            bodies_,
+                            batch_,
+                            overlap_trouble_,
+                            observe);
 }
 
 template <int D>
-template <class Visitor>
-void Engine<D>::add_forces(Visitor& visit) {
-  if constexpr (Visitor::commits) {
-    std::fill(bodies_.force.begin(), bodies_.force.end(), Vec<D>::Zero());
-    std::fill(bodies_.torque.begin(), bodies_.torque.end(), Motion<D>::no_spin());
+template <class Observer>
+void Engine<D>::add_forces(Observer& observe) {
+  if constexpr (Observer::commits) {
+    std::fill(bodies_.load.begin(), bodies_.load.end(), Load<D>{});
     for (WallSurface<D>& surface : wall_surfaces_) surface.force.setZero();
   }
-  const int touching = options_.tension == Tension::clipped ? add_forces_of_law<true>(visit)
-                                                            : add_forces_of_law<false>(visit);
-  if constexpr (Visitor::commits) contact_steps_ += touching;
+  const ChosenLaw chosen{options_.tension, options_.damping_sharing};
+  const bool is_default =
+      chosen.tension == DefaultLaw::tension && chosen.sharing == DefaultLaw::sharing;
+  const int touching =
+      is_default ? add_forces_of_law(DefaultLaw{}, observe) : add_forces_of_law(chosen, observe);
+  if constexpr (Observer::commits) contact_steps_ += touching;
 }
 
 template <int D>
 bool Engine<D>::step(double time) {
   // 1. Forces where the bodies are now
   if (options_.tally_work) {
-    WorkTally tally{factors_.time_step};
+    engine_detail::WorkTally tally{factors_.time_step};
     add_forces(tally);
     damping_loss_ += tally.damping_loss;
     tangential_work_ += tally.tangential_work;
@@ -184,8 +204,8 @@ bool Engine<D>::step(double time) {
       wall_work_ -= wall.force.dot(wall.velocity_now) * factors_.time_step;
     }
   } else {
-    StepOnly visit;
-    add_forces(visit);
+    StepOnly observe;
+    add_forces(observe);
   }
   if (overlap_trouble_.found) {
     trouble_ = describe_overlap();
@@ -194,9 +214,14 @@ bool Engine<D>::step(double time) {
   // 2. Leapfrog
   if (!integrate()) return false;
   slip_time_ = factors_.time_step;
+  ++steps_;
   // 3. Walls, and new candidates when something may have come near
   move_walls_to(time);
-  if (2.0 * travel_ + wall_travel_ > skin_) find_contacts_if_moved();
+  if (2.0 * travel_ + wall_travel_ > skin_) {
+    find_contacts_if_moved();
+  } else if (steps_ == searched_at_step_ + engine_detail::kStepsPerSkin) {
+    narrow_skin();
+  }
   return true;
 }
 
@@ -216,9 +241,10 @@ bool Engine<D>::integrate() {
     if (!(bound <= move_squared)) {
       const double move = (std::sqrt(linear) + std::sqrt(angular)) * factors_.time_step;
       if (!(move <= largest_move_)) {
-        trouble_ = "body " + std::to_string(i) + " would move " + number(1e3 * move) +
-                   " mm in one step, limit " + number(1e3 * largest_move_) + " mm, at " +
-                   number(time_) + " s";
+        trouble_ = "body " + std::to_string(i) + " would move " +
+                   engine_detail::number(1e3 * move) + " mm in one step, limit " +
+                   engine_detail::number(1e3 * largest_move_) + " mm, at " +
+                   engine_detail::number(time_) + " s";
         return false;
       }
     }
@@ -226,7 +252,6 @@ bool Engine<D>::integrate() {
 
     move(bodies_, i, next, factors_);
     turn(bodies_, i, spinning, factors_);
-    place_spheres(bodies_, i);
   }
   travel_ += std::sqrt(worst);
   return true;
@@ -265,9 +290,9 @@ double Engine<D>::largest_displacement() const {
           bodies_.turns.world_from_body[i].dot(searched_turns_.world_from_body[i]);
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
-    largest = std::max(
-        largest,
-        (bodies_.position[i] - searched_position_[i]).norm() + chord * bodies_.bounding_radius[i]);
+    largest = std::max(largest,
+                       (bodies_.motion[i].position - searched_position_[i]).norm() +
+                           chord * bodies_.bounding_radius[i]);
   }
   return largest;
 }
@@ -275,23 +300,43 @@ double Engine<D>::largest_displacement() const {
 template <int D>
 void Engine<D>::find_contacts_if_moved() {
   travel_ = largest_displacement();
-  if (2.0 * travel_ + wall_travel_ > kSkinInUse * skin_) find_contacts();
+  if (2.0 * travel_ + wall_travel_ <= engine_detail::kSkinInUse * skin_) return;
+  if (options_.skin == 0.0) skin_ = fitting_skin();
+  find_contacts();
+}
+
+// Results do not depend on the skin: it decides only how many candidates are looked at.
+template <int D>
+double Engine<D>::fitting_skin() const {
+  using namespace engine_detail;
+  const double path_per_step =
+      (2.0 * travel_ + wall_travel_) / static_cast<double>(steps_ - searched_at_step_);
+  return std::clamp(static_cast<double>(kStepsPerSkin) * path_per_step / kSkinInUse,
+                    kSmallestSkin * smallest_radius_,
+                    kLargestSkin * smallest_radius_);
+}
+
+// A skin that lasts much longer than planned holds candidates that nobody needs.
+template <int D>
+void Engine<D>::narrow_skin() {
+  if (options_.skin > 0.0) return;
+  travel_ = largest_displacement();
+  const double skin = fitting_skin();
+  if (skin > 0.5 * skin_) return;
+  skin_ = skin;
+  find_contacts();
 }
 
 template <int D>
 void Engine<D>::find_contacts() {
   search_.find(bodies_, walls_, pairs_, material_count_, skin_, between_, with_walls_);
-  std::size_t most = 0;
-  for (const ContactList<D>* list : {&between_, &with_walls_}) {
-    for (const ContactGroup& group : list->groups) {
-      most = std::max(most, static_cast<std::size_t>(group.end - group.begin));
-    }
-  }
-  if (touches_.size() < most) touches_.resize(most);
-  searched_position_ = bodies_.position;
+  batch_.reserve(std::max(between_.largest_range, with_walls_.largest_range));
+  searched_position_.resize(bodies_.count());
+  for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
   searched_turns_ = bodies_.turns;
   travel_ = 0.0;
   wall_travel_ = 0.0;
+  searched_at_step_ = steps_;
   ++searches_;
 }
 
@@ -323,10 +368,11 @@ void Engine<D>::use_wall_motion(int wall, const WallMotion& motion) {
 template <int D>
 void Engine<D>::clear_velocities() {
   for (int i = 0; i < bodies_.count(); ++i) {
-    bodies_.velocity_now[i].setZero();
-    bodies_.velocity[i].setZero();
-    bodies_.spin_now[i] = Motion<D>::no_spin();
-    bodies_.spin[i] = Motion<D>::no_spin();
+    BodyMotion<D>& motion = bodies_.motion[i];
+    motion.velocity_now.setZero();
+    motion.velocity.setZero();
+    motion.spin_now = Motion<D>::no_spin();
+    motion.spin = Motion<D>::no_spin();
     if constexpr (D == 3) bodies_.turns.spin_in_body[i].setZero();
     shift_half_step(bodies_, i, -factors_.half);
   }
@@ -334,20 +380,21 @@ void Engine<D>::clear_velocities() {
 
 template <int D>
 Energy Engine<D>::energy() {
-  SpringEnergy springs;
+  engine_detail::SpringEnergy springs;
   add_forces(springs);
   Energy energy;
   energy.elastic = springs.normal + springs.tangential;
   for (int i = 0; i < bodies_.count(); ++i) {
     const double mass = bodies_.mass[i];
-    energy.kinetic += 0.5 * mass * bodies_.velocity_now[i].squaredNorm();
+    energy.kinetic += 0.5 * mass * bodies_.motion[i].velocity_now.squaredNorm();
     if constexpr (D == 2) {
-      energy.kinetic += 0.5 * bodies_.inertia[i] * bodies_.spin_now[i] * bodies_.spin_now[i];
+      energy.kinetic +=
+          0.5 * bodies_.inertia[i] * bodies_.motion[i].spin_now * bodies_.motion[i].spin_now;
     } else {
-      const Vec3 spin = bodies_.turns.world_from_body[i].conjugate() * bodies_.spin_now[i];
+      const Vec3 spin = bodies_.turns.world_from_body[i].conjugate() * bodies_.motion[i].spin_now;
       energy.kinetic += 0.5 * spin.dot(bodies_.inertia[i].cwiseProduct(spin));
     }
-    energy.gravity -= mass * gravity_.dot(bodies_.position[i]);
+    energy.gravity -= mass * gravity_.dot(bodies_.motion[i].position);
   }
   energy.damping_loss = damping_loss_;
   energy.friction_loss = options_.tally_work ? tangential_work_ - springs.tangential : 0.0;
@@ -357,21 +404,21 @@ Energy Engine<D>::energy() {
 
 template <int D>
 std::vector<ContactReport> Engine<D>::contacts() {
-  ContactRecorder<D> recorder{bodies_, between_, with_walls_, {}};
+  engine_detail::ContactRecorder<D> recorder{bodies_, {}};
   add_forces(recorder);
   return recorder.reports;
 }
 
 template <int D>
 std::uint64_t Engine<D>::state_hash() const {
-  Hash hash;
+  engine_detail::Hash hash;
   hash.add(time_);
   for (int i = 0; i < bodies_.count(); ++i) {
-    hash.add_vector(bodies_.position[i]);
-    hash.add_vector(bodies_.velocity[i]);
+    hash.add_vector(bodies_.motion[i].position);
+    hash.add_vector(bodies_.motion[i].velocity);
     if constexpr (D == 2) {
       hash.add(bodies_.turns.angle[i]);
-      hash.add(bodies_.spin[i]);
+      hash.add(bodies_.motion[i].spin);
     } else {
       hash.add_vector(bodies_.turns.world_from_body[i].coeffs());
       hash.add_vector(bodies_.turns.spin_in_body[i]);
@@ -383,7 +430,7 @@ std::uint64_t Engine<D>::state_hash() const {
       if constexpr (D == 2) {
         hash.add(list->spring[c]);
       } else {
-        hash.add_vector(list->spring[c]);
+        hash.add_vector(to_eigen(list->spring[c]));
       }
     }
   }
@@ -395,11 +442,8 @@ std::string Engine<D>::describe_overlap() const {
   const OverlapTrouble& worst = overlap_trouble_;
   return "body " + std::to_string(worst.first) + " overlaps " +
          (worst.with_wall ? "wall " : "body ") + std::to_string(worst.second) + " by " +
-         number(1e3 * worst.overlap) + " mm at " + number(time_) + " s, more than " +
-         number(options_.largest_overlap) + " of a radius";
+         engine_detail::number(1e3 * worst.overlap) + " mm at " + engine_detail::number(time_) +
+         " s, more than " + engine_detail::number(options_.largest_overlap) + " of a radius";
 }
-
-template class Engine<2>;
-template class Engine<3>;
 
 }  // namespace graintruth::sim

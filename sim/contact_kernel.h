@@ -1,0 +1,25 @@
+// The arithmetic of a batch of contacts, compiled for several instruction sets and chosen when the
+// program starts. Multiplications and additions are never fused, so all of them give the same bits.
+#pragma once
+
+#include "sim/contact_batch.h"
+#include "sim/contact_law.h"
+
+namespace graintruth::sim {
+
+// Overlap, normal and stiffness of the gathered pairs of spheres.
+void find_geometry(ContactBatch<2>& batch);
+void find_geometry(ContactBatch<3>& batch);
+
+// Stiffness and number of the contacts of each group, for sharing the damping. No group has more
+// than `largest_group` rows.
+void sum_groups(int largest_group, ContactBatch<2>& batch);
+void sum_groups(int largest_group, ContactBatch<3>& batch);
+
+// Forces and moments of the batch; springs are advanced.
+void apply_law(const DefaultLaw& law, const PairTable& pairs, ContactBatch<2>& batch);
+void apply_law(const DefaultLaw& law, const PairTable& pairs, ContactBatch<3>& batch);
+void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<2>& batch);
+void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<3>& batch);
+
+}  // namespace graintruth::sim
