@@ -2,16 +2,19 @@
 // several contacts at a time.
 #pragma once
 
-#include <cstddef>
-#include <vector>
+#include <array>
 
 #include "sim/motion.h"
 
 namespace graintruth::sim {
 
+// Rows of a batch: few enough for what is used of them to stay in the first-level cache.
+constexpr int kBatchRows = 128;
+
+using Numbers = std::array<double, kBatchRows>;
+
 struct ScalarColumn {
-  std::vector<double> value;
-  void resize(std::size_t rows) { value.resize(rows); }
+  alignas(64) Numbers value;
   double at(int k) const { return value[k]; }
   void set(int k, double v) { value[k] = v; }
 };
@@ -21,11 +24,7 @@ struct VectorColumn;
 
 template <>
 struct VectorColumn<2> {
-  std::vector<double> x, z;
-  void resize(std::size_t rows) {
-    x.resize(rows);
-    z.resize(rows);
-  }
+  alignas(64) Numbers x, z;
   PlanarVector at(int k) const { return {x[k], z[k]}; }
   void set(int k, PlanarVector v) {
     x[k] = v.x;
@@ -35,12 +34,7 @@ struct VectorColumn<2> {
 
 template <>
 struct VectorColumn<3> {
-  std::vector<double> x, y, z;
-  void resize(std::size_t rows) {
-    x.resize(rows);
-    y.resize(rows);
-    z.resize(rows);
-  }
+  alignas(64) Numbers x, y, z;
   SpatialVector at(int k) const { return {x[k], y[k], z[k]}; }
   void set(int k, SpatialVector v) {
     x[k] = v.x;
@@ -73,23 +67,24 @@ struct RelativeMotionColumns {
 template <int D>
 struct ContactBatch {
   int count = 0;
+  int longest_group = 0;  // contacts
 
   // Gathered
-  std::vector<int> candidate, group;  // in the contact list
-  std::vector<int> was_touching;      // 1 or 0; at the last step
-  std::vector<int> pair;              // index into the pair materials
-  VectorColumn<D> apart;              // m; between the centres of the two spheres (not with walls)
-  ScalarColumn distance_squared;      // m2 (not with walls)
-  ScalarColumn reach;                 // m; sum of the radii
-  ScalarColumn stiffness_factor;      // N/m^1.5; 2 E* sqrt(R*)
-  VectorColumn<D> offset;             // m; centre of the first body minus that of the second
-  VectorColumn<D> arm;                // m; from the first body's centre to its sphere
-  ScalarColumn radius;                // m; of that sphere
-  RelativeMotionColumns<D> moved;     // half a step back: stretches the springs
-  RelativeMotionColumns<D> moving;    // now: drives the dashpots
-  ScalarColumn slip_time;             // s; how long `moved` has acted on this contact
-  ScalarColumn reduced_mass;          // kg
-  TangentColumn<D> spring;            // m
+  std::array<int, kBatchRows> candidate, group;  // in the contact list
+  std::array<int, kBatchRows> was_touching;      // 1 or 0; at the last step
+  std::array<int, kBatchRows> pair;              // index into the pair materials
+  VectorColumn<D> apart;            // m; between the centres of the two spheres (not with walls)
+  ScalarColumn distance_squared;    // m2 (not with walls)
+  ScalarColumn reach;               // m; sum of the radii
+  ScalarColumn stiffness_factor;    // N/m^1.5; 2 E* sqrt(R*)
+  VectorColumn<D> offset;           // m; centre of the first body minus that of the second
+  VectorColumn<D> arm;              // m; from the first body's centre to its sphere
+  ScalarColumn radius;              // m; of that sphere
+  RelativeMotionColumns<D> moved;   // half a step back: stretches the springs
+  RelativeMotionColumns<D> moving;  // now: drives the dashpots
+  ScalarColumn slip_time;           // s; how long `moved` has acted on this contact
+  ScalarColumn reduced_mass;        // kg
+  TangentColumn<D> spring;          // m
 
   // Geometry of the contact
   ScalarColumn overlap;                          // m
@@ -106,9 +101,6 @@ struct ContactBatch {
   VectorColumn<D> force;              // N, on the second body
   TangentColumn<D> moment;            // N m; of it about the first body's centre
   TangentColumn<D> second_moment;     // N m; about the second's (not with walls)
-
-  // Room for at least that many contacts.
-  void reserve(int contacts);
 };
 
 }  // namespace graintruth::sim

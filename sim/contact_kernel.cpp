@@ -28,10 +28,10 @@ template <int D>
 }
 
 // Every row adds up the rows of its group, in their order, so that all of them get the same bits.
-// Small groups: by looking `largest_group` - 1 rows to either side, without a branch.
+// Small groups: by looking `longest_group` - 1 rows to either side, without a branch.
 constexpr int kSmallGroup = 8;
 
-[[gnu::always_inline]] inline void sum_small_groups(int largest_group,
+[[gnu::always_inline]] inline void sum_small_groups(int longest_group,
                                                     int count,
                                                     const int* group,
                                                     const double* stiffness,
@@ -39,7 +39,7 @@ constexpr int kSmallGroup = 8;
                                                     double* number) {
   std::fill_n(sum, count, 0.0);
   std::fill_n(number, count, 0.0);
-  for (int aside = 1 - largest_group; aside < largest_group; ++aside) {
+  for (int aside = 1 - longest_group; aside < longest_group; ++aside) {
     const int begin = aside < 0 ? -aside : 0;
     const int end = aside > 0 ? count - aside : count;
 #pragma GCC ivdep
@@ -65,13 +65,13 @@ inline void sum_large_groups(
 }
 
 template <int D>
-[[gnu::always_inline]] inline void sum_groups_of(int largest_group, ContactBatch<D>& batch) {
+[[gnu::always_inline]] inline void sum_groups_of(ContactBatch<D>& batch) {
   const int* group = batch.group.data();
   const double* stiffness = batch.stiffness.value.data();
   double* sum = batch.sum_of_stiffness.value.data();
   double* number = batch.contact_count.value.data();
-  if (largest_group <= kSmallGroup) {
-    sum_small_groups(largest_group, batch.count, group, stiffness, sum, number);
+  if (batch.longest_group <= kSmallGroup) {
+    sum_small_groups(batch.longest_group, batch.count, group, stiffness, sum, number);
   } else {
     sum_large_groups(batch.count, group, stiffness, sum, number);
   }
@@ -132,12 +132,8 @@ template <int D, class Law>
 GRAINTRUTH_FOR_EACH_CPU void find_geometry(ContactBatch<2>& batch) { find_geometry_of(batch); }
 GRAINTRUTH_FOR_EACH_CPU void find_geometry(ContactBatch<3>& batch) { find_geometry_of(batch); }
 
-GRAINTRUTH_FOR_EACH_CPU void sum_groups(int largest_group, ContactBatch<2>& batch) {
-  sum_groups_of(largest_group, batch);
-}
-GRAINTRUTH_FOR_EACH_CPU void sum_groups(int largest_group, ContactBatch<3>& batch) {
-  sum_groups_of(largest_group, batch);
-}
+GRAINTRUTH_FOR_EACH_CPU void sum_groups(ContactBatch<2>& batch) { sum_groups_of(batch); }
+GRAINTRUTH_FOR_EACH_CPU void sum_groups(ContactBatch<3>& batch) { sum_groups_of(batch); }
 
 GRAINTRUTH_FOR_EACH_CPU void apply_law(const DefaultLaw& law,
                                        const PairTable& pairs,

@@ -11,10 +11,9 @@ namespace graintruth::sim {
 void find_geometry(ContactBatch<2>& batch);
 void find_geometry(ContactBatch<3>& batch);
 
-// Stiffness and number of the contacts of each group, for sharing the damping. No group has more
-// than `largest_group` rows.
-void sum_groups(int largest_group, ContactBatch<2>& batch);
-void sum_groups(int largest_group, ContactBatch<3>& batch);
+// Stiffness and number of the contacts of each group, for sharing the damping.
+void sum_groups(ContactBatch<2>& batch);
+void sum_groups(ContactBatch<3>& batch);
 
 // Forces and moments of the batch; springs are advanced.
 void apply_law(const DefaultLaw& law, const PairTable& pairs, ContactBatch<2>& batch);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "sim/contact_batch.h"
+
 namespace graintruth::sim {
 namespace {
 
@@ -37,14 +39,31 @@ void keep_springs(const ContactList<D>& old_list, ContactList<D>& new_list) {
   }
 }
 
+// The row after the last contact of a batch is written ahead.
+constexpr int kLargestRange = kBatchRows - 1;
+
+void add_to_ranges(int begin, int end, std::vector<CandidateRange>& ranges) {
+  const auto fits = [&](const CandidateRange& range) {
+    return !range.is_part && range.end - range.begin < kCandidatesInRange &&
+           end - range.begin <= kLargestRange;
+  };
+  if (end - begin > kLargestRange) {
+    for (int part = begin; part < end; part += kLargestRange) {
+      ranges.push_back({part, std::min(part + kLargestRange, end), true});
+    }
+  } else if (!ranges.empty() && fits(ranges.back())) {
+    ranges.back().end = end;
+  } else {
+    ranges.push_back({begin, end, false});
+  }
+}
+
 }  // namespace
 
 template <int D>
 void ContactList<D>::clear() {
   groups.clear();
   ranges.clear();
-  largest_group = 0;
-  largest_range = 0;
   group_of.clear();
   first_sphere.clear();
   second_sphere.clear();
@@ -69,12 +88,7 @@ void ContactList<D>::close_group(int first, int second, int pair, double reduced
   const int begin = groups.empty() ? 0 : groups.back().end;
   const int end = count();
   if (end == begin) return;
-  if (ranges.empty() || ranges.back().end - ranges.back().begin >= kCandidatesInRange) {
-    ranges.push_back({begin, begin});
-  }
-  ranges.back().end = end;
-  largest_range = std::max(largest_range, end - ranges.back().begin);
-  largest_group = std::max(largest_group, end - begin);
+  add_to_ranges(begin, end, ranges);
   group_of.resize(end, static_cast<int>(groups.size()));
   groups.push_back({first, second, begin, end, pair, reduced_mass});
 }

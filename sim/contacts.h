@@ -20,21 +20,20 @@ struct ContactGroup {
   double reduced_mass;  // kg; a wall's partner has its own mass
 };
 
-// Candidates [begin, end), whole groups: what is gathered into one batch.
+// Candidates [begin, end) that are gathered into one batch: whole groups, or a part of a group that
+// is too large for a batch.
 struct CandidateRange {
   int begin, end;
+  bool is_part;
 };
 
-// A range is closed when it holds this many candidates: few enough for its contacts to stay in the
-// first-level cache.
-constexpr int kCandidatesInRange = 96;
+// A range is closed when it holds this many candidates; those of one more group may come on top.
+constexpr int kCandidatesInRange = 64;
 
 template <int D>
 struct ContactList {
   std::vector<ContactGroup> groups;
   std::vector<CandidateRange> ranges;
-  int largest_group = 0;  // candidates
-  int largest_range = 0;  // candidates
   std::vector<int> group_of;
   std::vector<int> first_sphere;
   std::vector<int> second_sphere;        // 0 with walls

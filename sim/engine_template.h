@@ -330,7 +330,6 @@ void Engine<D>::narrow_skin() {
 template <int D>
 void Engine<D>::find_contacts() {
   search_.find(bodies_, walls_, pairs_, material_count_, skin_, between_, with_walls_);
-  batch_.reserve(std::max(between_.largest_range, with_walls_.largest_range));
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
   searched_turns_ = bodies_.turns;

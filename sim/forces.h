@@ -124,6 +124,17 @@ void gather_touching_pairs(const CandidateRange& range,
   batch.count = rows;
 }
 
+// Length of the longest run of rows of one group.
+template <int D>
+int longest_group_of(const ContactBatch<D>& batch) {
+  int length = 0, longest = 0;
+  for (int k = 0; k < batch.count; ++k) {
+    length = k > 0 && batch.group[k] == batch.group[k - 1] ? length + 1 : 1;
+    longest = std::max(longest, length);
+  }
+  return longest;
+}
+
 template <int D, bool Commits>
 void gather_pairs(const ForceSetting& setting,
                   const CandidateRange& range,
@@ -150,6 +161,7 @@ void gather_pairs(const ForceSetting& setting,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
+  batch.longest_group = longest_group_of(batch);
   find_geometry(batch);
 }
 
@@ -191,6 +203,21 @@ void gather_walls(const ForceSetting& setting,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
+  batch.longest_group = longest_group_of(batch);
+}
+
+// Sums over a group that is spread over several batches. `gather` fills a batch without committing
+// anything.
+template <int D, class Gather>
+void sum_spread_group(const ContactGroup& group, const Gather& gather, ContactBatch<D>& batch) {
+  double stiffness = 0.0, number = 0.0;
+  for (int begin = group.begin; begin < group.end; begin += kBatchRows - 1) {
+    gather(CandidateRange{begin, std::min(begin + kBatchRows - 1, group.end), true});
+    for (int k = 0; k < batch.count; ++k) stiffness += batch.stiffness.at(k);
+    number += batch.count;
+  }
+  batch.sum_of_stiffness.value.fill(stiffness);
+  batch.contact_count.value.fill(number);
 }
 
 // Looks for overlaps that are too deep. R* <= smaller radius <= 2 R*, and reach >= 2 smaller
@@ -268,8 +295,14 @@ int add_pair_forces(const Law& law,
                     Observer& observe) {
   int contact_count = 0;
   for (const CandidateRange& range : list.ranges) {
+    if (range.is_part) {
+      const auto look = [&](const CandidateRange& part) {
+        detail::gather_pairs<D, false>(setting, part, list, bodies, batch);
+      };
+      detail::sum_spread_group(list.groups[list.group_of[range.begin]], look, batch);
+    }
     detail::gather_pairs<D, Observer::commits>(setting, range, list, bodies, batch);
-    sum_groups(list.largest_group, batch);
+    if (!range.is_part) sum_groups(batch);
     detail::look_for_deep_overlap(setting, list, bodies, batch, false, trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, false});
@@ -295,9 +328,15 @@ int add_wall_forces(const Law& law,
                     Observer& observe) {
   int contact_count = 0;
   for (const CandidateRange& range : list.ranges) {
+    if (range.is_part) {
+      const auto look = [&](const CandidateRange& part) {
+        detail::gather_walls<D, false>(setting, part, walls, surfaces, list, bodies, batch);
+      };
+      detail::sum_spread_group(list.groups[list.group_of[range.begin]], look, batch);
+    }
     detail::gather_walls<D, Observer::commits>(
         setting, range, walls, surfaces, list, bodies, batch);
-    sum_groups(list.largest_group, batch);
+    if (!range.is_part) sum_groups(batch);
     detail::look_for_deep_overlap(setting, list, bodies, batch, true, trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, true});

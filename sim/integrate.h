@@ -69,7 +69,9 @@ inline NextPlanarSpin next_spin(const Bodies<2>& bodies, int i, const StepFactor
 // accelerations). The gyroscopic term takes w in the middle, [w(N-1/2) + w(N+1/2)]/2, by
 // fixed-point iteration: without a moment both the energy and |L| are then kept to round-off.
 inline NextSpatialSpin next_spin(const Bodies<3>& bodies, int i, const StepFactors& step) {
-  constexpr int kIterations = 4;  // each gains a factor w dt, about 1e-2 or less
+  // Each iteration gains a factor w dt: below 1e-2 four of them reach round-off, below 1e-4 two
+  constexpr int kIterations = 4, kIterationsOfSlow = 2;
+  constexpr double kSlow = 1e-4;  // rad a step
   const Vec3& inverse = bodies.inverse_inertia[i];
   const Vec3& before = bodies.turns.spin_in_body[i];
   Vec3 acceleration;
@@ -80,7 +82,9 @@ inline NextSpatialSpin next_spin(const Bodies<3>& bodies, int i, const StepFacto
     const Vec3 torque =
         bodies.turns.world_from_body[i].conjugate() * to_eigen(bodies.load[i].torque);
     acceleration = bodies.turns.acceleration_in_body[i];
-    for (int k = 0; k < kIterations; ++k) {
+    const bool is_slow = before.squaredNorm() * step.time_step * step.time_step < kSlow * kSlow;
+    const int iterations = is_slow ? kIterationsOfSlow : kIterations;
+    for (int k = 0; k < iterations; ++k) {
       const Vec3 middle = before + step.half * acceleration;
       const Vec3 momentum = inertia.cwiseProduct(middle);
       acceleration = (torque - middle.cross(momentum)).cwiseProduct(inverse);
