@@ -2,13 +2,7 @@
 
 #include <algorithm>
 
-// AVX2 and AVX-512 variants beside the plain one; the loader picks.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define GRAINTRUTH_FOR_EACH_CPU __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define GRAINTRUTH_FOR_EACH_CPU
-#endif
+#include "sim/processor_variants.h"
 
 namespace graintruth::sim {
 namespace {
@@ -129,20 +123,24 @@ template <int D, class Law>
 
 }  // namespace
 
-GRAINTRUTH_FOR_EACH_CPU void find_geometry(ContactBatch<2>& batch) { find_geometry_of(batch); }
-GRAINTRUTH_FOR_EACH_CPU void find_geometry(ContactBatch<3>& batch) { find_geometry_of(batch); }
+GRAINTRUTH_FOR_EACH_PROCESSOR void find_geometry(ContactBatch<2>& batch) {
+  find_geometry_of(batch);
+}
+GRAINTRUTH_FOR_EACH_PROCESSOR void find_geometry(ContactBatch<3>& batch) {
+  find_geometry_of(batch);
+}
 
-GRAINTRUTH_FOR_EACH_CPU void sum_groups(ContactBatch<2>& batch) { sum_groups_of(batch); }
-GRAINTRUTH_FOR_EACH_CPU void sum_groups(ContactBatch<3>& batch) { sum_groups_of(batch); }
+GRAINTRUTH_FOR_EACH_PROCESSOR void sum_groups(ContactBatch<2>& batch) { sum_groups_of(batch); }
+GRAINTRUTH_FOR_EACH_PROCESSOR void sum_groups(ContactBatch<3>& batch) { sum_groups_of(batch); }
 
-GRAINTRUTH_FOR_EACH_CPU void apply_law(const DefaultLaw& law,
-                                       const PairTable& pairs,
-                                       ContactBatch<2>& batch) {
+GRAINTRUTH_FOR_EACH_PROCESSOR void apply_law(const DefaultLaw& law,
+                                             const PairTable& pairs,
+                                             ContactBatch<2>& batch) {
   apply_law_to(law, pairs, batch);
 }
-GRAINTRUTH_FOR_EACH_CPU void apply_law(const DefaultLaw& law,
-                                       const PairTable& pairs,
-                                       ContactBatch<3>& batch) {
+GRAINTRUTH_FOR_EACH_PROCESSOR void apply_law(const DefaultLaw& law,
+                                             const PairTable& pairs,
+                                             ContactBatch<3>& batch) {
   apply_law_to(law, pairs, batch);
 }
 void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<2>& batch) {

@@ -1,5 +1,4 @@
-// The arithmetic of a batch of contacts, compiled for several instruction sets and chosen when the
-// program starts. Multiplications and additions are never fused, so all of them give the same bits.
+// The arithmetic of a batch of contacts, several contacts at a time.
 #pragma once
 
 #include "sim/contact_batch.h"

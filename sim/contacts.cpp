@@ -116,7 +116,7 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
                                   double margin) {
   new_between_.clear();
   centres_.resize(bodies.motion.size());
-  for (int i = 0; i < bodies.count(); ++i) centres_[i] = bodies.motion[i].position;
+  for (int i = 0; i < bodies.count(); ++i) centres_[i] = to_eigen(bodies.motion[i].position);
   find_near_pairs<D>(centres_, bodies.bounding_radius, margin, cells_, near_);
   for (const IndexPair& near : near_) {
     const int i = near.first, j = near.second;
@@ -126,8 +126,8 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
       for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
         const double rs = bodies.sphere_radius[s], rt = bodies.sphere_radius[t];
         const double far = rs + rt + margin;
-        if ((bodies.sphere_position[t] - bodies.sphere_position[s]).squaredNorm() >= far * far)
-          continue;
+        const auto apart = bodies.sphere_position[t] - bodies.sphere_position[s];
+        if (dot(apart, apart) >= far * far) continue;
         // 1/R* = 1/R1 + 1/R2 (thesis 1.4)
         new_between_.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
       }
@@ -145,13 +145,13 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   double margin) {
   new_walls_.clear();
   for (int i = 0; i < bodies.count(); ++i) {
-    const Vec3 centre = to_space(bodies.motion[i].position, bodies.layer);
+    const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
     for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
       if (look_at(walls[w], centre).distance >= bodies.bounding_radius[i] + margin) continue;
       const int pair = bodies.material[i] * material_count + walls[w].material;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const double radius = bodies.sphere_radius[s];
-        const Vec3 point = to_space(bodies.sphere_position[s], bodies.layer);
+        const Vec3 point = to_space(to_eigen(bodies.sphere_position[s]), bodies.layer);
         if (look_at(walls[w], point).distance >= radius + margin) continue;
         // R* = R1 at a flat wall
         new_walls_.add(s, 0, radius, 2.0 * pairs[pair].normal_modulus * std::sqrt(radius));

@@ -57,13 +57,13 @@ class Engine {
   void move_walls_to(double time);
   bool integrate();
   std::string describe_overlap() const;
+  std::string describe_move() const;
 
   SimulationOptions options_;
   Vec<D> gravity_;
   PairTable pairs_;
   int material_count_ = 0;
   Bodies<D> bodies_;
-  std::vector<double> reach_squared_;  // m2; largest distance of a surface point from the centre
   std::vector<Wall> walls_at_rest_, walls_;
   std::vector<WallSurface<D>> wall_surfaces_;
   ContactSearch<D> search_;
@@ -73,13 +73,13 @@ class Engine {
   double time_ = 0.0;
   StepFactors factors_;
   double global_damping_ = 0.0;
-  double slip_time_ = 0.0;        // s; length of the step that brought the bodies here
-  double largest_move_ = 0.0;     // m a step
+  double slip_time_ = 0.0;  // s; length of the step that brought the bodies here
+  StepLimit limit_;
   double smallest_radius_ = 0.0;  // m
   double skin_ = 0.0;             // m
   double travel_ = 0.0;           // m; bound on the path of any surface point since the last search
   double wall_travel_ = 0.0;      // m; the same for walls
-  std::vector<Vec<D>> searched_position_;
+  std::vector<typename Motion<D>::Vector> searched_position_;
   typename TurnsOf<D>::type searched_turns_;
 
   OverlapTrouble overlap_trouble_;

@@ -88,9 +88,14 @@ struct Hash {
     std::uint64_t bits = std::bit_cast<std::uint64_t>(number);
     for (int i = 0; i < 8; ++i, bits >>= 8) value = (value ^ (bits & 0xff)) * 1099511628211ull;
   }
-  template <class Vector>
-  void add_vector(const Vector& vector) {
-    for (Eigen::Index i = 0; i < vector.size(); ++i) add(vector[i]);
+  void add(PlanarVector v) {
+    add(v.x);
+    add(v.z);
+  }
+  void add(SpatialVector v) {
+    add(v.x);
+    add(v.y);
+    add(v.z);
   }
 };
 
@@ -111,11 +116,10 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options)
     if (smallest_radius == 0.0 || type.smallest_radius < smallest_radius) {
       smallest_radius = type.smallest_radius;
     }
-    reach_squared_.push_back(type.bounding_radius * type.bounding_radius);
   }
   smallest_radius_ = smallest_radius;
   skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
-  largest_move_ = options.largest_move * smallest_radius;
+  limit_.move = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
   use_pairs(scene, options);
   move_walls_to(0.0);
@@ -149,16 +153,8 @@ template <int D>
 void Engine<D>::start() {
   StepOnly observe;
   add_forces(observe);
-  for (int i = 0; i < bodies_.count(); ++i) {
-    bodies_.acceleration[i] = next_velocity(bodies_, i, gravity_, factors_).acceleration;
-    const auto next = next_spin(bodies_, i, factors_);
-    if constexpr (D == 2) {
-      bodies_.angular_acceleration[i] = next.acceleration;
-    } else {
-      bodies_.turns.acceleration_in_body[i] = next.acceleration;
-    }
-    shift_half_step(bodies_, i, -factors_.half);
-  }
+  find_accelerations(gravity_, factors_, limit_, bodies_);
+  shift_half_step(-factors_.half, bodies_);
 }
 
 template <int D>
@@ -227,34 +223,37 @@ bool Engine<D>::step(double time) {
 
 template <int D>
 bool Engine<D>::integrate() {
-  const double move_squared = largest_move_ * largest_move_;
-  const double dt_squared = factors_.time_step * factors_.time_step;
-  double worst = 0.0;
-  for (int i = 0; i < bodies_.count(); ++i) {
-    const NextVelocity<D> next = next_velocity(bodies_, i, gravity_, factors_);
-    const auto spinning = next_spin(bodies_, i, factors_);
-
-    // Guard: (|v| + |w| reach)^2 <= 2 (v^2 + w^2 reach^2); the comparison is false for NaN
-    const double linear = next.velocity.squaredNorm();
-    const double angular = spinning.squared() * reach_squared_[i];
-    const double bound = 2.0 * (linear + angular) * dt_squared;
-    if (!(bound <= move_squared)) {
-      const double move = (std::sqrt(linear) + std::sqrt(angular)) * factors_.time_step;
-      if (!(move <= largest_move_)) {
-        trouble_ = "body " + std::to_string(i) + " would move " +
-                   engine_detail::number(1e3 * move) + " mm in one step, limit " +
-                   engine_detail::number(1e3 * largest_move_) + " mm, at " +
-                   engine_detail::number(time_) + " s";
-        return false;
-      }
-    }
-    worst = bound > worst ? bound : worst;
-
-    move(bodies_, i, next, factors_);
-    turn(bodies_, i, spinning, factors_);
+  const StepBound bound = find_accelerations(gravity_, factors_, limit_, bodies_);
+  if (bound.suspects > 0) {
+    trouble_ = describe_move();
+    if (!trouble_.empty()) return false;
   }
-  travel_ += std::sqrt(worst);
+  advance(factors_, bodies_);
+  travel_ += bound.largest_move;
   return true;
+}
+
+// The first body whose next step is too long; empty when the bound was only too careful.
+template <int D>
+std::string Engine<D>::describe_move() const {
+  using engine_detail::number;
+  for (int i = 0; i < bodies_.count(); ++i) {
+    const Speeds speeds = next_speeds(factors_, bodies_, i);
+    const double turn = speeds.angular * factors_.time_step;
+    const double move =
+        speeds.linear * factors_.time_step + turn * std::sqrt(bodies_.reach_squared[i]);
+    const std::string body = "body " + std::to_string(i);
+    const std::string at = ", at " + number(time_) + " s";
+    if (!(move <= limit_.move)) {
+      return body + " would move " + number(1e3 * move) + " mm in one step, limit " +
+             number(1e3 * limit_.move) + " mm" + at;
+    }
+    if (!(turn <= limit_.turn)) {
+      return body + " would turn " + number(turn) + " rad in one step, limit " +
+             number(limit_.turn) + " rad" + at;
+    }
+  }
+  return {};
 }
 
 template <int D>
@@ -284,15 +283,14 @@ double Engine<D>::largest_displacement() const {
     // The chord of a turn by phi at distance r is 2 r sin(phi/2)
     double chord = 0.0;
     if constexpr (D == 2) {
-      chord = (bodies_.turns.direction[i] - searched_turns_.direction[i]).norm();
+      chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.direction.at(i));
     } else {
       const double cosine =
-          bodies_.turns.world_from_body[i].dot(searched_turns_.world_from_body[i]);
+          product_of(bodies_.turns.world_from_body.at(i), searched_turns_.world_from_body.at(i));
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
-    largest = std::max(largest,
-                       (bodies_.motion[i].position - searched_position_[i]).norm() +
-                           chord * bodies_.bounding_radius[i]);
+    const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
+    largest = std::max(largest, path + chord * bodies_.bounding_radius[i]);
   }
   return largest;
 }
@@ -343,9 +341,7 @@ template <int D>
 void Engine<D>::use_time_step(double time_step) {
   if (time_step == factors_.time_step) return;
   const StepFactors changed = step_factors(time_step, global_damping_);
-  for (int i = 0; i < bodies_.count(); ++i) {
-    shift_half_step(bodies_, i, factors_.half - changed.half);
-  }
+  shift_half_step(factors_.half - changed.half, bodies_);
   factors_ = changed;
 }
 
@@ -368,13 +364,13 @@ template <int D>
 void Engine<D>::clear_velocities() {
   for (int i = 0; i < bodies_.count(); ++i) {
     BodyMotion<D>& motion = bodies_.motion[i];
-    motion.velocity_now.setZero();
-    motion.velocity.setZero();
-    motion.spin_now = Motion<D>::no_spin();
-    motion.spin = Motion<D>::no_spin();
-    if constexpr (D == 3) bodies_.turns.spin_in_body[i].setZero();
-    shift_half_step(bodies_, i, -factors_.half);
+    motion.velocity_now = Motion<D>::no_vector();
+    motion.velocity = Motion<D>::no_vector();
+    motion.spin_now = Motion<D>::no_tangent();
+    motion.spin = Motion<D>::no_tangent();
+    if constexpr (D == 3) bodies_.turns.spin_in_body.set(i, Motion<D>::no_tangent());
   }
+  shift_half_step(-factors_.half, bodies_);
 }
 
 template <int D>
@@ -385,15 +381,17 @@ Energy Engine<D>::energy() {
   energy.elastic = springs.normal + springs.tangential;
   for (int i = 0; i < bodies_.count(); ++i) {
     const double mass = bodies_.mass[i];
-    energy.kinetic += 0.5 * mass * bodies_.motion[i].velocity_now.squaredNorm();
+    const BodyMotion<D>& motion = bodies_.motion[i];
+    energy.kinetic += 0.5 * mass * dot(motion.velocity_now, motion.velocity_now);
+    const auto inertia = bodies_.inertia.at(i);
     if constexpr (D == 2) {
-      energy.kinetic +=
-          0.5 * bodies_.inertia[i] * bodies_.motion[i].spin_now * bodies_.motion[i].spin_now;
+      energy.kinetic += 0.5 * inertia * motion.spin_now * motion.spin_now;
     } else {
-      const Vec3 spin = bodies_.turns.world_from_body[i].conjugate() * bodies_.motion[i].spin_now;
-      energy.kinetic += 0.5 * spin.dot(bodies_.inertia[i].cwiseProduct(spin));
+      const SpatialVector spin = turned_back(bodies_.turns.world_from_body.at(i), motion.spin_now);
+      energy.kinetic += 0.5 * (inertia.x * spin.x * spin.x + inertia.y * spin.y * spin.y +
+                               inertia.z * spin.z * spin.z);
     }
-    energy.gravity -= mass * gravity_.dot(bodies_.motion[i].position);
+    energy.gravity -= mass * dot(plain(gravity_), motion.position);
   }
   energy.damping_loss = damping_loss_;
   energy.friction_loss = options_.tally_work ? tangential_work_ - springs.tangential : 0.0;
@@ -413,24 +411,21 @@ std::uint64_t Engine<D>::state_hash() const {
   engine_detail::Hash hash;
   hash.add(time_);
   for (int i = 0; i < bodies_.count(); ++i) {
-    hash.add_vector(bodies_.motion[i].position);
-    hash.add_vector(bodies_.motion[i].velocity);
+    hash.add(bodies_.motion[i].position);
+    hash.add(bodies_.motion[i].velocity);
     if constexpr (D == 2) {
       hash.add(bodies_.turns.angle[i]);
       hash.add(bodies_.motion[i].spin);
     } else {
-      hash.add_vector(bodies_.turns.world_from_body[i].coeffs());
-      hash.add_vector(bodies_.turns.spin_in_body[i]);
+      const Rotation world_from_body = bodies_.turns.world_from_body.at(i);
+      hash.add(world_from_body.w);
+      hash.add(SpatialVector{world_from_body.x, world_from_body.y, world_from_body.z});
+      hash.add(bodies_.turns.spin_in_body.at(i));
     }
   }
   for (const ContactList<D>* list : {&between_, &with_walls_}) {
     for (int c = 0; c < list->count(); ++c) {
-      if (!list->is_touching[c]) continue;
-      if constexpr (D == 2) {
-        hash.add(list->spring[c]);
-      } else {
-        hash.add_vector(to_eigen(list->spring[c]));
-      }
+      if (list->is_touching[c]) hash.add(list->spring[c]);
     }
   }
   return hash.value;

@@ -106,7 +106,7 @@ void gather_touching_pairs(const CandidateRange& range,
                            ContactList<D>& list,
                            const Bodies<D>& bodies,
                            ContactBatch<D>& batch) {
-  const Vec<D>* centres = bodies.sphere_position.data();
+  const auto* centres = bodies.sphere_position.data();
   int rows = 0;
   for (int c = range.begin; c < range.end; ++c) {
     const auto apart = plain(centres[list.second_sphere[c]]) - plain(centres[list.first_sphere[c]]);
@@ -178,7 +178,8 @@ void gather_walls(const ForceSetting& setting,
   for (int c = range.begin; c < range.end; ++c) {
     const int g = list.group_of[c];
     const ContactGroup& group = list.groups[g];
-    const Vec3 centre = to_space(bodies.sphere_position[list.first_sphere[c]], bodies.layer);
+    const Vec3 centre =
+        to_space(to_eigen(bodies.sphere_position[list.first_sphere[c]]), bodies.layer);
     const WallView view = look_at(walls[group.second], centre);
     const double overlap = list.reach[c] - view.distance;
     const bool touches =

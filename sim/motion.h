@@ -66,6 +66,8 @@ struct Motion<3> {
 inline PlanarVector plain(const Vec2& v) { return {v.x(), v.y()}; }
 inline SpatialVector plain(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline double plain(double v) { return v; }
+inline PlanarVector plain(PlanarVector v) { return v; }
+inline SpatialVector plain(SpatialVector v) { return v; }
 inline Vec2 to_eigen(PlanarVector v) { return {v.x, v.z}; }
 inline Vec3 to_eigen(SpatialVector v) { return {v.x, v.y, v.z}; }
 inline double to_eigen(double v) { return v; }
@@ -119,11 +121,43 @@ inline double length_of(SpatialVector tangent) { return std::sqrt(dot(tangent, t
 inline double product_of(double a, double b) { return a * b; }
 inline double product_of(SpatialVector a, SpatialVector b) { return dot(a, b); }
 
+inline double length_of_vector(PlanarVector v) { return std::sqrt(dot(v, v)); }
+inline double length_of_vector(SpatialVector v) { return std::sqrt(dot(v, v)); }
+
 // One or the other, without a branch.
 inline double chosen(bool first, double a, double b) { return first ? a : b; }
 inline SpatialVector chosen(bool first, SpatialVector a, SpatialVector b) {
   return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
 }
+
+// A unit quaternion of plain numbers.
+struct Rotation {
+  double w, x, y, z;
+};
+inline Rotation operator*(Rotation a, Rotation b) {
+  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+          a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+          a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z,
+          a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x};
+}
+inline Rotation operator*(double s, Rotation a) { return {s * a.w, s * a.x, s * a.y, s * a.z}; }
+inline double product_of(Rotation a, Rotation b) {
+  return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline double squared(Rotation a) { return a.w * a.w + a.x * a.x + a.y * a.y + a.z * a.z; }
+
+//   R v = v + 2 w (u x v) + 2 u x (u x v),  u = (x, y, z)
+inline SpatialVector turned_by(Rotation r, SpatialVector v) {
+  const SpatialVector u{r.x, r.y, r.z};
+  const SpatialVector twice = 2.0 * cross(u, v);
+  return v + r.w * twice + cross(u, twice);
+}
+inline SpatialVector turned_back(Rotation r, SpatialVector v) {
+  return turned_by({r.w, -r.x, -r.y, -r.z}, v);
+}
+
+inline Rotation plain(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+inline Quat to_eigen(Rotation r) { return {r.w, r.x, r.y, r.z}; }
 
 // Between the layer and space.
 template <int D>
@@ -137,7 +171,7 @@ inline Vec<D> to_motion(const Vec3& v) {
 inline Vec3 to_space(const Vec2& v, double layer = 0.0) { return {v.x(), layer, v.y()}; }
 inline Vec3 to_space(const Vec3& v, double = 0.0) { return v; }
 
-// Taylor series of the small turn of one step: below 0.1 rad exact to round-off, without the
+// Taylor series of the small turn of one step: below 0.2 rad exact to round-off, without the
 // library functions, whose last bit differs from machine to machine. Coefficients 1/n!, multiplied
 // rather than divided: a division takes as long as four products.
 namespace taylor {
@@ -149,14 +183,12 @@ inline double sine_over_angle(double squared) {
 inline double cosine(double squared) {
   return 1.0 - squared * (c2 - squared * (c4 - squared * (c6 - squared * (c8 - squared * c10))));
 }
-constexpr double kLargestAngle = 0.1;  // rad
 }  // namespace taylor
 
 struct SmallTurn {
   double sine, cosine;
 };
 inline SmallTurn small_turn(double angle) {
-  if (std::abs(angle) > taylor::kLargestAngle) return {std::sin(angle), std::cos(angle)};
   const double squared = angle * angle;
   return {angle * taylor::sine_over_angle(squared), taylor::cosine(squared)};
 }
@@ -166,10 +198,6 @@ struct HalfTurn {
   double sine_over_angle, cosine;
 };
 inline HalfTurn half_turn(double squared) {
-  if (squared > taylor::kLargestAngle * taylor::kLargestAngle) {
-    const double angle = std::sqrt(squared);
-    return {std::sin(angle) / angle, std::cos(angle)};
-  }
   return {taylor::sine_over_angle(squared), taylor::cosine(squared)};
 }
 

@@ -16,15 +16,15 @@ double between(double low, double high, std::mt19937_64& random) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-void fill(std::mt19937_64& random, ScalarColumn& column, int rows, double low, double high) {
+void fill(std::mt19937_64& random, BatchScalars& column, int rows, double low, double high) {
   for (int k = 0; k < rows; ++k) column.set(k, between(low, high, random));
 }
-void fill(std::mt19937_64& random, VectorColumn<2>& column, int rows, double low, double high) {
+void fill(std::mt19937_64& random, BatchVectors<2>& column, int rows, double low, double high) {
   for (int k = 0; k < rows; ++k) {
     column.set(k, {between(low, high, random), between(low, high, random)});
   }
 }
-void fill(std::mt19937_64& random, VectorColumn<3>& column, int rows, double low, double high) {
+void fill(std::mt19937_64& random, BatchVectors<3>& column, int rows, double low, double high) {
   for (int k = 0; k < rows; ++k) {
     column.set(
         k, {between(low, high, random), between(low, high, random), between(low, high, random)});
