@@ -51,6 +51,20 @@ struct ReproduceCommand {
 };
 int run_reproduce(const ReproduceCommand& command);
 
+struct FitCommand {
+  CommonOptions common;  // out, json
+  std::filesystem::path data;
+  double diameter = 0.0;            // m, of a particle; 0: a column of the table
+  double gravity = 9.81;            // m/s2
+  std::string law = "slot";         // or circular
+  std::string form = "default";     // or thesis
+  std::optional<double> imposed_k;  // for the coefficient of each row
+  double height = 0.0;              // m, of a velocity profile above the orifice
+  double orifice = 0.0;             // m
+};
+int run_fit_beverloo(const FitCommand& command);
+int run_fit_kinematic(const FitCommand& command);
+
 struct ReportCommand {
   std::filesystem::path run_folder;
 };
@@ -67,7 +81,7 @@ int run_evaluate(const EvaluateCommand& command);
 struct CheckCommand {
   CommonOptions common;
   std::filesystem::path experiment;
-  int budget = 0;           // evaluations, for the estimate of the time; 0: the default
+  int budget = 0;  // evaluations, for the estimate of the time; 0: the default
 };
 int run_check(const CheckCommand& command);
 
@@ -75,6 +89,16 @@ struct NewCommand {
   std::filesystem::path folder;
 };
 int run_new(const NewCommand& command);
+
+struct SimulateCommand {
+  CommonOptions common;
+  std::filesystem::path scene;  // .toml, or a deck .txt
+  double time_limit = 0.0;      // s; 0: none
+  bool render = false;
+  bool paraview = false;
+  bool ovito = false;
+};
+int run_simulate(const SimulateCommand& command);
 
 enum class JournalAction { list, show, export_rows, drop, merge };
 struct JournalCommand {

@@ -104,6 +104,31 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
   verb.callback([&] { status = run_check(command); });
 }
 
+void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "simulate",
+                            "Run the simulator alone: a scene file, or a deck of the thesis",
+                            "simulate datasets/scenes/conveyor.toml --out out/conveyor --render");
+  verb.add_option("scene", command.scene, "Scene file, or a deck with its .toml beside it")
+      ->type_name("SCENE")
+      ->required();
+  verb.add_flag("--render", command.render, "Draw the run: simulation.mp4 and simulation.png");
+  verb.add_flag("--paraview", command.paraview, "Write every frame for ParaView (paraview/*.pvd)");
+  verb.add_flag("--ovito", command.ovito, "Write every frame for OVITO (dump.lammpstrj)");
+  verb.add_option("--time-limit",
+                  command.time_limit,
+                  "Seconds after which the simulation ends with what it has")
+      ->check(CLI::PositiveNumber);
+  verb.add_option("--out", command.common.out, "Run folder (default: out/<scene name>)")
+      ->type_name("DIR");
+  verb.add_option("--seed", command.common.seed, "Seed of every random choice")
+      ->capture_default_str();
+  verb.add_flag("--quiet", command.common.quiet, "No progress line");
+  verb.add_flag(
+      "--json", command.common.json, "Result as JSON on stdout, everything else on stderr");
+  verb.callback([&] { status = run_simulate(command); });
+}
+
 void add_new(CLI::App& program, app::NewCommand& command, int& status) {
   CLI::App& verb =
       add_verb(program, "new", "An annotated experiment file to start from", "new micro my-rig");
@@ -116,6 +141,60 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
       ->type_name("DIR")
       ->required();
   micro.callback([&] { status = run_new(command); });
+}
+
+// An option whose unit is in its name, stored in SI.
+void add_length(CLI::App& verb, const char* name, const char* what, double& metres) {
+  constexpr double millimetre = 1e-3;
+  verb.add_option_function<double>(
+          name, [&metres](double value) { metres = value * millimetre; }, what)
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+}
+
+void add_fit(CLI::App& program, app::FitCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "fit",
+                            "Beverloo's and the kinematic law on a table of one's own",
+                            "fit beverloo rates.csv --diameter-mm 12.1");
+  verb.require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, const char* example) -> CLI::App& {
+    CLI::App& part = add_verb(verb, name, what, example);
+    part.add_option("data", command.data, "Table with a header; units stand in the column names")
+        ->type_name("DATA.csv")
+        ->required();
+    add_length(part, "--diameter-mm", "Diameter of a particle", command.diameter);
+    part.add_option("--form", command.form, "default, or thesis: the thesis's own form")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"default", "thesis"}));
+    part.add_option("--out", command.common.out, "Folder for result.json")->type_name("DIR");
+    part.add_flag("--json", command.common.json, "Result as JSON on stdout");
+    return part;
+  };
+  CLI::App& beverloo =
+      add("beverloo",
+          "C and k from flow rates through orifices of different width. Columns: orifice_cm, "
+          "flow_rate_g_per_s, areal_density_g_per_cm2 (slot) or bulk_density_g_per_cm3 (circular); "
+          "flow_rate_standard_uncertainty_g_per_s and particle_diameter_mm if known",
+          "fit beverloo datasets/thesis/table_4_4_beverloo_experiment.csv --diameter-mm 12.095");
+  beverloo.add_option("--law", command.law, "slot: one layer; circular: a round hole")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"slot", "circular"}));
+  beverloo.add_option("--k", command.imposed_k, "Impose k for the C of each row")
+      ->check(CLI::NonNegativeNumber);
+  beverloo.add_option("--gravity-m-per-s2", command.gravity, "Gravity")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  beverloo.callback([&] { status = run_fit_beverloo(command); });
+  CLI::App& kinematic =
+      add("kinematic",
+          "B from a velocity profile across the bed. Columns: x_cm, velocity_cm_per_s; "
+          "velocity_standard_uncertainty_cm_per_s if known",
+          "fit kinematic profile.csv --height-mm 90 --orifice-mm 75 --diameter-mm 12.1");
+  add_length(kinematic, "--height-mm", "Height of the profile above the orifice", command.height);
+  kinematic.get_option("--height-mm")->required();
+  add_length(kinematic, "--orifice-mm", "Width of the orifice", command.orifice);
+  kinematic.callback([&] { status = run_fit_kinematic(command); });
 }
 
 void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
@@ -200,7 +279,9 @@ int main(int argc, char** argv) {
   app::EvaluateCommand evaluate;
   app::CheckCommand check;
   app::NewCommand new_experiment;
+  app::SimulateCommand simulate;
   app::JournalCommand journal;
+  app::FitCommand fit;
   int status = done;
 
   CLI::App& calibrate_verb =
@@ -263,14 +344,16 @@ int main(int argc, char** argv) {
       ->required();
   report_verb.callback([&] { status = run_report(report); });
 
+  add_simulate(program, simulate, status);
   add_evaluate(program, evaluate, status);
   add_check(program, check, status);
   add_new(program, new_experiment, status);
+  add_fit(program, fit, status);
   add_journal(program, journal, status);
 
   const std::string command_line = joined(argc, argv);
   for (app::CommonOptions* options :
-       {&calibrate.common, &track.common, &validate.common, &evaluate.common}) {
+       {&calibrate.common, &track.common, &validate.common, &evaluate.common, &simulate.common}) {
     options->command_line = command_line;
   }
   try {

@@ -7,6 +7,7 @@
 
 #include "app/commands.h"
 #include "app/films.h"
+#include "app/made_folders.h"
 #include "app/run_record.h"
 #include "calibrate/problem.h"
 
@@ -38,16 +39,6 @@ class Session {
   int jobs() const { return record_.jobs; }
 
  private:
-  // Removes, in the end, the folders that were made for this run and hold nothing.
-  class MadeFolders {
-   public:
-    explicit MadeFolders(const std::filesystem::path& root);
-    ~MadeFolders();
-
-   private:
-    std::vector<std::filesystem::path> made_;  // innermost first
-  };
-
   CommonOptions options_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_;

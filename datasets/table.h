@@ -18,6 +18,8 @@ class Table {
 
   const std::vector<std::string>& columns() const { return columns_; }
   std::size_t rows() const { return cells_.size(); }
+  const std::filesystem::path& file() const { return file_; }  // empty unless read from one
+  int line(std::size_t row) const { return lines_.at(row); }
   bool has(std::string_view column) const;
   const std::string& text(std::size_t row, std::string_view column) const;
   // Throws InputError with file, line and column when the cell is not a number. An empty cell or

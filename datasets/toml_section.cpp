@@ -96,7 +96,11 @@ std::optional<double> TomlSection::optional_quantity(std::string_view stem,
 
 double TomlSection::quantity(std::string_view stem, Units units, const Range& range) {
   const auto found = optional_quantity(stem, units, range);
-  if (found) return *found;
+  if (!found) fail_missing(stem, units);
+  return *found;
+}
+
+void TomlSection::fail_missing(std::string_view stem, Units units) const {
   // A key with the right stem but a unit of another kind deserves its own sentence.
   for (const auto& [key, node] : *table_) {
     const std::string_view name = key.str();
@@ -205,6 +209,41 @@ std::vector<std::vector<double>> TomlSection::rows(std::string_view stem,
     }
   }
   return all;
+}
+
+std::optional<std::vector<double>> TomlSection::optional_numbers(std::string_view stem,
+                                                                 std::size_t width,
+                                                                 Units units) {
+  std::optional<std::vector<double>> found;
+  for (const Unit& unit : units) {
+    const std::string key = with_unit(stem, unit);
+    const toml::node* node = find(key);
+    if (node == nullptr) continue;
+    const std::string needed = fmt::format("must be a list of {} numbers", width);
+    if (found) fail(key, fmt::format("gives '{}' a second time", stem));
+    const toml::array* list = node->as_array();
+    if (list == nullptr || list->size() != width) fail(key, needed);
+    found.emplace();
+    for (const toml::node& cell : *list) {
+      const auto value = cell.is_number() ? cell.value<double>() : std::nullopt;
+      if (!value || !std::isfinite(*value)) fail(key, needed);
+      found->push_back(*value * unit.in_si);
+    }
+  }
+  return found;
+}
+
+std::vector<double> TomlSection::numbers(std::string_view stem, std::size_t width, Units units) {
+  auto found = optional_numbers(stem, width, units);
+  if (!found) fail_missing(stem, units);
+  return *std::move(found);
+}
+
+std::optional<bool> TomlSection::optional_flag(std::string_view key) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_boolean()) fail(key, "must be true or false");
+  return node->value<bool>();
 }
 
 std::vector<std::string> TomlSection::keys() const {

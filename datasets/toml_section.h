@@ -4,37 +4,16 @@
 
 #include <toml++/toml.h>
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "datasets/units.h"
+
 namespace graintruth::datasets {
-
-// A unit that a key may end in, and what one of it is in SI.
-struct Unit {
-  std::string_view suffix;
-  double in_si;
-};
-
-// The units in which a kind of quantity may be given; the first is SI.
-using Units = std::span<const Unit>;
-inline constexpr double radians_per_degree = 3.14159265358979323846 / 180.0;
-inline constexpr std::array length_units{Unit{"m", 1.0}, Unit{"cm", 1e-2}, Unit{"mm", 1e-3}};
-inline constexpr std::array speed_units{
-    Unit{"m_per_s", 1.0}, Unit{"cm_per_s", 1e-2}, Unit{"mm_per_s", 1e-3}};
-inline constexpr std::array acceleration_units{Unit{"m_per_s2", 1.0}};
-inline constexpr std::array angle_units{Unit{"rad", 1.0}, Unit{"deg", radians_per_degree}};
-inline constexpr std::array mass_units{Unit{"kg", 1.0}, Unit{"g", 1e-3}};
-inline constexpr std::array pressure_units{
-    Unit{"pa", 1.0}, Unit{"kpa", 1e3}, Unit{"mpa", 1e6}, Unit{"gpa", 1e9}};
-inline constexpr std::array time_units{Unit{"s", 1.0}, Unit{"ms", 1e-3}};
-inline constexpr std::array rate_units{Unit{"hz", 1.0}};
-inline constexpr std::array plain{Unit{"", 1.0}};
 
 // What values are allowed; the words go into the sentence when one is not.
 struct Range {
@@ -70,6 +49,12 @@ class TomlSection {
   // Rows of exactly `width` numbers under stem with a length unit, e.g. fiducials_mm = [[0, 1], [2,
   // 3]].
   std::vector<std::vector<double>> rows(std::string_view stem, std::size_t width, Units units);
+  // Exactly `width` numbers under stem with a unit, e.g. centre_mm = [0, 1, 2].
+  std::vector<double> numbers(std::string_view stem, std::size_t width, Units units);
+  std::optional<std::vector<double>> optional_numbers(std::string_view stem,
+                                                      std::size_t width,
+                                                      Units units);
+  std::optional<bool> optional_flag(std::string_view key);
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
 
@@ -82,6 +67,8 @@ class TomlSection {
 
  private:
   const toml::node* find(std::string_view key);
+  // Says what is wrong where no key under `stem` was found.
+  [[noreturn]] void fail_missing(std::string_view stem, Units units) const;
   std::string qualified(std::string_view key) const;
 
   const toml::table* table_;

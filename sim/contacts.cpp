@@ -144,10 +144,14 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   int material_count,
                                   double margin) {
   new_walls_.clear();
+  wall_boxes_.clear();
+  for (const Wall& wall : walls) wall_boxes_.push_back(box_of(wall));
   for (int i = 0; i < bodies.count(); ++i) {
     const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
     for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
-      if (look_at(walls[w], centre).distance >= bodies.bounding_radius[i] + margin) continue;
+      const double reach = bodies.bounding_radius[i] + margin;
+      if (wall_boxes_[w].distance_bound(centre) >= reach) continue;
+      if (look_at(walls[w], centre).distance >= reach) continue;
       const int pair = bodies.material[i] * material_count + walls[w].material;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const double radius = bodies.sphere_radius[s];

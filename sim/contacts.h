@@ -76,6 +76,7 @@ class ContactSearch {
   CellList cells_;
   std::vector<Vec<D>> centres_;
   std::vector<IndexPair> near_;
+  std::vector<Box> wall_boxes_;
   ContactList<D> new_between_, new_walls_;
 };
 

@@ -17,7 +17,9 @@ namespace graintruth::sim {
 template <int D>
 class Engine {
  public:
-  Engine(const Scene& scene, const SimulationOptions& options);
+  // With `earlier`, an engine of the same scene with fewer bodies, it goes on from there: at its
+  // time, with its walls, contacts and tallies.
+  Engine(const Scene& scene, const SimulationOptions& options, const Engine* earlier = nullptr);
 
   // One step of the current time step to `time` (s). False when it cannot be trusted; `trouble()`
   // says why.
@@ -28,6 +30,8 @@ class Engine {
   void use_global_damping(double per_second);
   void use_pairs(const Scene& scene, const SimulationOptions& options);
   void use_wall_motion(int wall, const WallMotion& motion);
+  void use_wall_drag(int wall, const WallMotion& drag);
+  void open_wall(int wall, double time);
   void clear_velocities();
 
   double time() const { return time_; }
@@ -55,6 +59,9 @@ class Engine {
   void narrow_skin();
   double largest_displacement() const;
   void move_walls_to(double time);
+  void set_surface(int wall, double middle, double time);
+  void list_moving_walls();
+  void clear_wall_forces();
   bool integrate();
   std::string describe_overlap() const;
   std::string describe_move() const;
@@ -66,6 +73,9 @@ class Engine {
   Bodies<D> bodies_;
   std::vector<Wall> walls_at_rest_, walls_;
   std::vector<WallSurface<D>> wall_surfaces_;
+  std::vector<int> moving_walls_;     // that move, drag or open: of a mesh most do not
+  std::vector<int> loaded_walls_;     // with candidates near them in the last step
+  bool loaded_walls_are_old_ = true;  // the candidates have changed since
   ContactSearch<D> search_;
   ContactList<D> between_, with_walls_;
   ContactBatch<D> batch_;

@@ -104,7 +104,7 @@ inline std::string number(double value) { return std::to_string(value); }
 }  // namespace engine_detail
 
 template <int D>
-Engine<D>::Engine(const Scene& scene, const SimulationOptions& options)
+Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const Engine* earlier)
     : options_(options),
       gravity_(to_motion<D>(scene.gravity)),
       bodies_(make_bodies<D>(scene)),
@@ -122,7 +122,20 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options)
   limit_.move = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
   use_pairs(scene, options);
-  move_walls_to(0.0);
+  if (earlier != nullptr) {
+    walls_at_rest_ = earlier->walls_at_rest_;
+    between_ = earlier->between_;
+    with_walls_ = earlier->with_walls_;
+    time_ = earlier->time_;
+    slip_time_ = earlier->slip_time_;
+    contact_steps_ = earlier->contact_steps_;
+    searches_ = earlier->searches_;
+    damping_loss_ = earlier->damping_loss_;
+    tangential_work_ = earlier->tangential_work_;
+    wall_work_ = earlier->wall_work_;
+  }
+  list_moving_walls();
+  move_walls_to(time_);
   find_contacts();
   factors_ = step_factors(choose_time_step(scene, options.time_step), global_damping_);
   start();
@@ -178,7 +191,7 @@ template <class Observer>
 void Engine<D>::add_forces(Observer& observe) {
   if constexpr (Observer::commits) {
     std::fill(bodies_.load.begin(), bodies_.load.end(), Load<D>{});
-    for (WallSurface<D>& surface : wall_surfaces_) surface.force.setZero();
+    clear_wall_forces();
   }
   const ChosenLaw chosen{options_.tension, options_.damping_sharing};
   const bool is_default =
@@ -196,8 +209,11 @@ bool Engine<D>::step(double time) {
     add_forces(tally);
     damping_loss_ += tally.damping_loss;
     tangential_work_ += tally.tangential_work;
-    for (const WallSurface<D>& wall : wall_surfaces_) {
-      wall_work_ -= wall.force.dot(wall.velocity_now) * factors_.time_step;
+    for (const int w : moving_walls_) {
+      const WallSurface<D>& wall = wall_surfaces_[w];
+      const double power =
+          wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
+      wall_work_ -= power * factors_.time_step;
     }
   } else {
     StepOnly observe;
@@ -261,19 +277,49 @@ void Engine<D>::move_walls_to(double time) {
   if (walls_.size() != walls_at_rest_.size()) walls_ = walls_at_rest_;
   const double before = time_;
   double fastest = 0.0;
-  for (std::size_t w = 0; w < walls_.size(); ++w) {
+  for (const int w : moving_walls_) {
     const Wall& rest = walls_at_rest_[w];
-    if (rest.motion.velocity.isZero(0.0)) continue;
-    const Vec3 moved = displacement_of(rest, time);
-    walls_[w].from = rest.from + into_plane(moved);
-    walls_[w].to = rest.to + into_plane(moved);
-    walls_[w].point = rest.point + moved;
-    wall_surfaces_[w].velocity = to_motion<D>(velocity_of(rest, 0.5 * (before + time)));
-    wall_surfaces_[w].velocity_now = to_motion<D>(velocity_of(rest, time));
-    fastest = std::max(fastest, rest.motion.velocity.norm());
+    place_wall(rest, time, walls_[w]);
+    set_surface(w, 0.5 * (before + time), time);
+    fastest = std::max(fastest, fastest_point(rest));
   }
   wall_travel_ += fastest * (time - before);
   time_ = time;
+}
+
+template <int D>
+void Engine<D>::list_moving_walls() {
+  moving_walls_.clear();
+  for (std::size_t w = 0; w < walls_at_rest_.size(); ++w) {
+    if (!is_still(walls_at_rest_[w])) moving_walls_.push_back(static_cast<int>(w));
+  }
+}
+
+// Only of the walls that had candidates: a mesh has many that never do.
+template <int D>
+void Engine<D>::clear_wall_forces() {
+  for (const int w : loaded_walls_) {
+    wall_surfaces_[w].force.setZero();
+    wall_surfaces_[w].torque = Motion<D>::no_spin();
+  }
+  if (!loaded_walls_are_old_) return;
+  loaded_walls_.clear();
+  for (const ContactGroup& group : with_walls_.groups) loaded_walls_.push_back(group.second);
+  std::sort(loaded_walls_.begin(), loaded_walls_.end());
+  loaded_walls_.erase(std::unique(loaded_walls_.begin(), loaded_walls_.end()), loaded_walls_.end());
+  loaded_walls_are_old_ = false;
+}
+
+template <int D>
+void Engine<D>::set_surface(int wall, double middle, double time) {
+  const Twist before = surface_twist(walls_at_rest_[wall], middle);
+  const Twist now = surface_twist(walls_at_rest_[wall], time);
+  WallSurface<D>& surface = wall_surfaces_[wall];
+  surface.velocity = to_motion<D>(before.velocity);
+  surface.velocity_now = to_motion<D>(now.velocity);
+  surface.spin = to_spin<D>(before.spin);
+  surface.spin_now = to_spin<D>(now.spin);
+  surface.turns = !before.spin.isZero(0.0) || !now.spin.isZero(0.0);
 }
 
 template <int D>
@@ -331,6 +377,7 @@ void Engine<D>::find_contacts() {
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
   searched_turns_ = bodies_.turns;
+  loaded_walls_are_old_ = true;
   travel_ = 0.0;
   wall_travel_ = 0.0;
   searched_at_step_ = steps_;
@@ -356,8 +403,23 @@ void Engine<D>::use_wall_motion(int wall, const WallMotion& motion) {
   walls_at_rest_[wall] = walls_[wall];
   walls_at_rest_[wall].motion = motion;
   walls_at_rest_[wall].motion.start_time = std::max(motion.start_time, time_);
-  wall_surfaces_[wall].velocity.setZero();
-  wall_surfaces_[wall].velocity_now.setZero();
+  list_moving_walls();
+  set_surface(wall, time_, time_);
+}
+
+template <int D>
+void Engine<D>::use_wall_drag(int wall, const WallMotion& drag) {
+  walls_at_rest_[wall].drag = drag;
+  walls_at_rest_[wall].drag.start_time = std::max(drag.start_time, time_);
+  list_moving_walls();
+  set_surface(wall, time_, time_);
+}
+
+template <int D>
+void Engine<D>::open_wall(int wall, double time) {
+  walls_at_rest_[wall].opens_at = time;
+  list_moving_walls();
+  place_wall(walls_at_rest_[wall], time_, walls_[wall]);
 }
 
 template <int D>

@@ -43,12 +43,18 @@ struct StepOnly {
   void operator()(const BatchView<D>&) const {}
 };
 
-// Velocities of the surface of the wall, as a body without mass of its own.
+// The surface of the wall, as a body without mass of its own: at p its velocity is
+// velocity + spin x p.
 template <int D>
 struct WallSurface {
+  using Spin = typename Motion<D>::Spin;
   Vec<D> velocity = Vec<D>::Zero();      // m/s, half a step back
   Vec<D> velocity_now = Vec<D>::Zero();  // m/s
   Vec<D> force = Vec<D>::Zero();         // N, on the wall
+  bool turns = false;                    // else the spins are zero and the torque is not summed
+  Spin spin = Motion<D>::no_spin();      // rad/s, half a step back
+  Spin spin_now = Motion<D>::no_spin();  // rad/s
+  Spin torque = Motion<D>::no_spin();    // N m, on the wall about the origin
 };
 
 namespace detail {
@@ -165,6 +171,24 @@ void gather_pairs(const ForceSetting& setting,
   find_geometry(batch);
 }
 
+// Whether the rim of a wall at which a sphere touches is part of another wall that has the contact.
+// That wall is among the candidates of the same body, whose groups lie side by side.
+inline bool edge_belongs_to_another(const std::vector<Wall>& walls,
+                                    const std::vector<ContactGroup>& groups,
+                                    int group,
+                                    const Vec3& centre) {
+  const int body = groups[group].first, wall = groups[group].second;
+  int first = group;
+  while (first > 0 && groups[first - 1].first == body) --first;
+  for (std::size_t g = first; g < groups.size() && groups[g].first == body; ++g) {
+    const int other = groups[g].second;
+    if (other != wall && edge_belongs_to(walls[other], other < wall, walls[wall], centre)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // The same for spheres at walls, which are where `walls` says.
 template <int D, bool Commits>
 void gather_walls(const ForceSetting& setting,
@@ -183,7 +207,7 @@ void gather_walls(const ForceSetting& setting,
     const WallView view = look_at(walls[group.second], centre);
     const double overlap = list.reach[c] - view.distance;
     const bool touches =
-        overlap > 0.0 && !(view.is_edge && edge_belongs_to_another(walls, group.second, centre));
+        overlap > 0.0 && !(view.is_edge && edge_belongs_to_another(walls, list.groups, g, centre));
     const int was_touching = list.is_touching[c];
     if constexpr (Commits) list.is_touching[c] = touches ? 1 : 0;
     if (!touches) continue;
@@ -195,12 +219,14 @@ void gather_walls(const ForceSetting& setting,
     batch.overlap.set(k, overlap);
     batch.normal.set(k, plain(to_motion<D>(view.direction)));
     batch.stiffness.set(k, hertz_stiffness(list.stiffness_factor[c], overlap));
+    const auto spin = plain(surface.spin), spin_now = plain(surface.spin_now);
+    const auto first_centre = plain(bodies.motion[group.first].position);
     gather_motion<D>(k,
                      bodies.motion[group.first],
-                     plain(surface.velocity),
-                     plain(surface.velocity_now),
-                     Motion<D>::no_tangent(),
-                     Motion<D>::no_tangent(),
+                     plain(surface.velocity) + spin_velocity(spin, first_centre),
+                     plain(surface.velocity_now) + spin_velocity(spin_now, first_centre),
+                     spin,
+                     spin_now,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
@@ -278,7 +304,13 @@ void load_walls(const ContactBatch<D>& batch,
     Load<D>& first = bodies.load[group.first];
     first.force = first.force - batch.force.at(k);
     first.torque = first.torque - batch.moment.at(k);
-    surfaces[group.second].force += to_eigen(batch.force.at(k));
+    WallSurface<D>& surface = surfaces[group.second];
+    const auto force = batch.force.at(k);
+    surface.force += to_eigen(force);
+    if (surface.turns) {
+      const auto first_centre = plain(bodies.motion[group.first].position);
+      surface.torque += to_eigen(batch.moment.at(k) + moment(first_centre, force));
+    }
   }
 }
 

@@ -168,6 +168,14 @@ inline Vec<D> to_motion(const Vec3& v) {
     return v;
   }
 }
+template <int D>
+inline typename Motion<D>::Spin to_spin(const Vec3& angular_velocity) {
+  if constexpr (D == 2) {
+    return picture_spin_of(angular_velocity);
+  } else {
+    return angular_velocity;
+  }
+}
 inline Vec3 to_space(const Vec2& v, double layer = 0.0) { return {v.x(), layer, v.y()}; }
 inline Vec3 to_space(const Vec3& v, double = 0.0) { return v; }
 

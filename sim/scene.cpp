@@ -17,6 +17,29 @@ void require(bool fulfilled, const std::string& sentence) {
 // orientation.
 constexpr double kLayerTolerance = 1e-9;
 
+void check_wall(const Wall& wall, const std::string& name, bool planar) {
+  using Shape = Wall::Shape;
+  for (const WallMotion* motion : {&wall.motion, &wall.drag}) {
+    require(motion->velocity.allFinite() && motion->angular_velocity.allFinite() &&
+                motion->pivot.allFinite(),
+            name + " has a velocity that is not finite");
+    require(motion->angular_velocity.isZero(0.0) || !planar ||
+                motion->angular_velocity.cross(Vec3::UnitY()).isZero(0.0),
+            name + " turns out of the layer of a planar scene");
+  }
+  const Vec3& turning = wall.motion.angular_velocity;
+  require(wall.shape != Shape::plane ||
+              turning.cross(wall.normal).norm() <= kLayerTolerance * turning.norm(),
+          name + " is a plane without bounds and can turn about its normal only");
+  if (!planar || wall.shape == Shape::segment || wall.shape == Shape::none) return;
+  const bool across = wall.shape == Shape::cylinder ? wall.normal.cross(Vec3::UnitY()).isZero(0.0)
+                                                    : wall.normal.y() == 0.0;
+  require(across && (wall.shape == Shape::plane || wall.shape == Shape::cylinder),
+          name +
+              " does not stand upright on the layer of a planar scene: a segment, a plane or a "
+              "cylinder along y can");
+}
+
 }  // namespace
 
 double picture_angle_of(const Quat& world_from_body) {
@@ -107,9 +130,7 @@ void check(const Scene& scene) {
     const Wall& wall = scene.walls[i];
     const std::string name = "wall " + std::to_string(i);
     require(wall.material >= 0 && wall.material < materials, name + " names an unknown material");
-    require(wall.motion.velocity.allFinite(), name + " has a velocity that is not finite");
-    require(!scene.planar || wall.shape == Wall::Shape::segment || wall.normal.y() == 0.0,
-            name + " is a plane across the layer of a planar scene");
+    check_wall(wall, name, scene.planar);
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -176,6 +177,29 @@ void Simulation::set_wall_motion(int wall, const WallMotion& motion) {
   engines_->visit([&](auto& engine) { engine.use_wall_motion(wall, motion); });
 }
 
+void Simulation::set_wall_drag(int wall, const WallMotion& drag) {
+  engines_->visit([&](auto& engine) { engine.use_wall_drag(wall, drag); });
+}
+
+void Simulation::open_wall(int wall, double time) {
+  engines_->visit([=](auto& engine) { engine.open_wall(wall, time); });
+}
+
+void Simulation::add_bodies(const std::vector<Body>& bodies) {
+  Engines& all = *engines_;
+  std::vector<Body> together = scene_now().bodies;
+  together.insert(together.end(), bodies.begin(), bodies.end());
+  Scene next = all.scene;
+  next.bodies = std::move(together);
+  check(next);
+  all.scene = std::move(next);
+  all.longest_step = choose_time_step(all.scene, all.options.time_step);
+  all.visit([&all](auto& engine) {
+    std::decay_t<decltype(engine)> grown(all.scene, all.options, &engine);
+    engine = std::move(grown);
+  });
+}
+
 void Simulation::clear_velocities() {
   engines_->visit([](auto& engine) { engine.clear_velocities(); });
 }
@@ -205,10 +229,10 @@ Scene Simulation::scene_now() const {
   }
   engines_->visit([&](const auto& engine) {
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
-      const Wall& moved = engine.walls_now()[w];
-      scene.walls[w].from = moved.from;
-      scene.walls[w].to = moved.to;
-      scene.walls[w].point = moved.point;
+      const Wall rest = scene.walls[w];
+      scene.walls[w] = engine.walls_now()[w];
+      scene.walls[w].motion = rest.motion;
+      scene.walls[w].drag = rest.drag;
     }
   });
   return scene;

@@ -98,7 +98,14 @@ class Simulation {
   void set_time_step(const TimeStepOptions& options);
   // Makes a wall move from now on, or at a later time; its place so far is kept.
   void set_wall_motion(int wall, const WallMotion& motion);
+  // Makes the surface of a wall move from now on, or at a later time, while the wall stays.
+  void set_wall_drag(int wall, const WallMotion& drag);
+  // Takes a wall away at a time (s); now, when that is past.
+  void open_wall(int wall, double time);
   void clear_velocities();
+  // Places more bodies; they get the next indices. What is in motion goes on, contacts included.
+  // Throws std::invalid_argument as check(Scene) does.
+  void add_bodies(const std::vector<Body>& bodies);
 
   Energy energy() const;
   std::vector<ContactReport> contacts() const;

@@ -23,7 +23,7 @@ EdgeImage::EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_p
   constexpr double colour_blur_px = 1.4;
   cv::GaussianBlur(parts[0], parts[0], cv::Size(5, 5), blur_px, blur_px, cv::BORDER_REPLICATE);
   for (int c : {1, 2}) {
-    parts[c] -= 128.0;  // OpenCV's grey
+    parts[c] -= 0.5;  // grey, in floating point
     cv::GaussianBlur(
         parts[c], parts[c], cv::Size(9, 9), colour_blur_px, colour_blur_px, cv::BORDER_REPLICATE);
   }
@@ -39,23 +39,6 @@ bool EdgeImage::contains(const Eigen::Vector2d& pixel, double margin) const {
   return pixel.x() > region_.x + margin && pixel.y() > region_.y + margin &&
          pixel.x() < region_.x + region_.width - 1 - margin &&
          pixel.y() < region_.y + region_.height - 1 - margin;
-}
-
-Eigen::Vector3f EdgeImage::at(const Eigen::Vector2d& pixel) const {
-  const double x = pixel.x() - region_.x, y = pixel.y() - region_.y;
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
-  using Colour = Eigen::Map<const Eigen::Vector3f>;
-  const float* top = smooth_.ptr<float>(y0) + 3 * x0;
-  const float* bottom = smooth_.ptr<float>(y0 + 1) + 3 * x0;
-  return (1.0F - fy) * ((1.0F - fx) * Colour(top) + fx * Colour(top + 3)) +
-         fy * ((1.0F - fx) * Colour(bottom) + fx * Colour(bottom + 3));
-}
-
-bool EdgeImage::is_saturated(const Eigen::Vector2d& pixel) const {
-  const int x = static_cast<int>(std::lround(pixel.x())) - region_.x;
-  const int y = static_cast<int>(std::lround(pixel.y())) - region_.y;
-  return saturated_.at<std::uint8_t>(y, x) != 0;
 }
 
 double camera_noise(const cv::Mat& frame) {

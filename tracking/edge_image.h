@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
+#include <cstdint>
 #include <opencv2/core.hpp>
 
 namespace graintruth::tracking {
@@ -25,6 +27,23 @@ class EdgeImage {
   cv::Mat smooth_;     // CV_32FC3, of the region
   cv::Mat saturated_;  // CV_8U, of the region
 };
+
+inline Eigen::Vector3f EdgeImage::at(const Eigen::Vector2d& pixel) const {
+  const double x = pixel.x() - region_.x, y = pixel.y() - region_.y;
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
+  using Colour = Eigen::Map<const Eigen::Vector3f>;
+  const float* top = smooth_.ptr<float>(y0) + 3 * x0;
+  const float* bottom = smooth_.ptr<float>(y0 + 1) + 3 * x0;
+  return (1.0F - fy) * ((1.0F - fx) * Colour(top) + fx * Colour(top + 3)) +
+         fy * ((1.0F - fx) * Colour(bottom) + fx * Colour(bottom + 3));
+}
+
+inline bool EdgeImage::is_saturated(const Eigen::Vector2d& pixel) const {
+  const int x = static_cast<int>(std::lround(pixel.x())) - region_.x;
+  const int y = static_cast<int>(std::lround(pixel.y())) - region_.y;
+  return saturated_.at<std::uint8_t>(y, x) != 0;
+}
 
 // Standard deviation of the camera's noise in one channel, grey levels, from how the frame differs
 // from its own neighbourhood where it is smooth (Immerkaer 1996, with a median in place of the mean

@@ -17,8 +17,10 @@ constexpr int rays_per_ball = 72;  // one in 5 degrees: about every 2 px on a ba
 struct RayHit {
   bool eligible = false;  // the ray looks at this body's own outline and nothing else
   bool found = false;
+  bool placed = false;        // its place can be trusted
   double displacement = 0.0;  // px, edge minus expected outline, along the outward normal
   double strength = 0.0;      // gradient over what gradients are just inside the outline
+  double variance = 0.0;      // px^2, of the displacement; 0 where no limb was fitted
   Eigen::Vector3d derivative =
       Eigen::Vector3d::Zero();  // of displacement by ball (x, z, radius), px/m
 };
@@ -41,7 +43,9 @@ void find_edge(const EdgeImage& image,
                double outward,
                const Eigen::Matrix3f& whitening,
                double noise,
-               RayHit& hit) {
+               const LimbModel* limb,
+               RayHit& hit,
+               RayProfile* seen = nullptr) {
   constexpr double step = 0.5;  // px
   constexpr int most_samples = 64;
   const int half = std::min(static_cast<int>(std::lround(window / step)) + 2, most_samples / 2 - 1);
@@ -64,7 +68,7 @@ void find_edge(const EdgeImage& image,
     energy[k] = (whitening * (colours[k + 1] - colours[k - 1])).squaredNorm();
     if (i < 2 || i > 2 * half - 2 || (i - half) * step > outward) continue;
     const double offset = (i - half) * step / window;
-    const double score = energy[k] * std::exp(-offset * offset);
+    const double score = energy[k] / (1.0 + offset * offset);
     if (score > best_score) {
       best_score = score;
       best = i;
@@ -83,6 +87,29 @@ void find_edge(const EdgeImage& image,
   hit.strength = std::sqrt(here);
   const auto k = static_cast<std::size_t>(best);
   hit.found = (colours[k + 1] - colours[k - 1]).norm() > least_edge * noise;
+  hit.placed = hit.found;
+  if (!hit.found || (limb == nullptr && seen == nullptr)) return;
+  RayProfile profile;
+  if (!image.contains(expected, RayProfile::inside * step + 2.0)) {
+    hit.placed = limb == nullptr;
+    return;
+  }
+  for (int i = -RayProfile::inside; i <= RayProfile::outside; ++i) {
+    const auto n = static_cast<std::size_t>(i + RayProfile::inside);
+    profile.colours[n] = std::abs(i) <= half ? colours[static_cast<std::size_t>(i + half)]
+                                             : image.at(expected + i * step * normal);
+  }
+  profile.usable =
+      std::min(RayProfile::samples, RayProfile::inside + 1 + static_cast<int>(outward / step));
+  if (seen != nullptr) *seen = profile;
+  if (limb == nullptr) return;
+  hit.placed = false;
+  constexpr double reach = 1.25;  // px
+  const LimbEdge edge = limb->locate(profile, hit.displacement, reach, noise);
+  hit.placed = edge.found;
+  if (!edge.found) return;
+  hit.displacement = edge.position;
+  hit.variance = edge.variance;
 }
 
 double median(std::vector<double>& values) {
@@ -151,7 +178,7 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
   // A shadow's edge on the ball takes away a share of all channels alike; there need not be one
   // within the ring above.
   if (!differences.empty()) {
-    constexpr float shadow_share = 0.2F;  // of the light, over a pixel
+    constexpr float shadow_share = 0.1F;  // of the light, over a pixel
     paint *= shadow_share / static_cast<float>(differences.size());
     covariance += paint * paint.transpose();
   }
@@ -162,6 +189,15 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
 
 using Rays = std::array<std::array<RayHit, rays_per_ball>, 2>;
 
+const std::array<Eigen::Vector2d, rays_per_ball> ray_directions = [] {
+  std::array<Eigen::Vector2d, rays_per_ball> directions;
+  for (int k = 0; k < rays_per_ball; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / rays_per_ball;
+    directions[static_cast<std::size_t>(k)] = {std::cos(angle), std::sin(angle)};
+  }
+  return directions;
+}();
+
 // All rays of a body at a pose.
 void cast_rays(const EdgeImage& image,
                const Camera& camera,
@@ -170,7 +206,8 @@ void cast_rays(const EdgeImage& image,
                const Surroundings& surroundings,
                const RefineOptions& options,
                const Eigen::Matrix3f& whitening,
-               Rays& rays) {
+               Rays& rays,
+               ObservedLimbs* observed = nullptr) {
   const auto centres = ball_centres(pose, shape);
   std::vector<Eigen::Vector2d> outline(rays_per_ball);
   for (std::size_t ball = 0; ball < 2; ++ball) {
@@ -184,8 +221,7 @@ void cast_rays(const EdgeImage& image,
     for (int k = 0; k < rays_per_ball; ++k) {
       RayHit& hit = rays[ball][static_cast<std::size_t>(k)];
       hit = RayHit{};
-      const double angle = 2.0 * std::numbers::pi * k / rays_per_ball;
-      const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+      const Eigen::Vector2d& direction = ray_directions[static_cast<std::size_t>(k)];
       const Eigen::Vector2d point = centres[ball] + radius * direction;
       if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball] + clearance) continue;
       double gap = 1.0e9;  // m, to the nearest foreign edge
@@ -207,7 +243,20 @@ void cast_rays(const EdgeImage& image,
       hit.derivative << moved.x(), moved.y(), moved.dot(direction);
       // A foreign edge reaches about a pixel and a half towards us by blur.
       const double outward = gap * scale - 1.5;
-      find_edge(image, pixel, normal, options.window_px, outward, whitening, options.noise, hit);
+      RayProfile profile;
+      find_edge(image,
+                pixel,
+                normal,
+                options.window_px,
+                outward,
+                whitening,
+                options.noise,
+                options.limb,
+                hit,
+                observed != nullptr ? &profile : nullptr);
+      if (observed == nullptr || !hit.placed) continue;
+      observed->profiles.push_back(profile);
+      observed->edges.push_back(hit.displacement);
     }
   }
 }
@@ -243,7 +292,7 @@ BodyFit refine_body(const EdgeImage& image,
         eligible += hit.eligible;
         if (!hit.found) continue;
         strengths.push_back(hit.strength);
-        displacements.push_back(hit.displacement);
+        if (hit.placed) displacements.push_back(hit.displacement);
       }
     }
     fit.visible = static_cast<double>(eligible) / (2.0 * rays_per_ball);
@@ -257,6 +306,9 @@ BodyFit refine_body(const EdgeImage& image,
     const auto weight_of = [&](const RayHit& hit) {
       const double relative = hit.displacement / accept;
       const double robust = 1.0 / std::pow(1.0 + relative * relative, 2);
+      if (options.limb != nullptr)
+        return robust * fit.scatter_px * fit.scatter_px /
+               (fit.scatter_px * fit.scatter_px + hit.variance);
       const double square = hit.strength * hit.strength;
       constexpr double weak = 4.0;  // whitened: twice what lies inside the outline
       return robust * square / (square + weak);
@@ -268,10 +320,11 @@ BodyFit refine_body(const EdgeImage& image,
       evidence[ball].reference << centres[ball].x(), centres[ball].y(), shape.radius[ball];
       for (const RayHit& hit : rays[ball]) {
         if (!hit.found) continue;
+        near += std::abs(hit.displacement) < std::max(1.0, 0.5 * options.window_px);
+        if (!hit.placed) continue;
         const double weight = weight_of(hit);
         evidence[ball].information += weight * hit.derivative * hit.derivative.transpose();
         evidence[ball].gain += weight * hit.displacement * hit.derivative;
-        near += std::abs(hit.displacement) < std::max(1.0, 0.5 * options.window_px);
       }
     }
     fit.support = eligible > 0 ? static_cast<double>(near) / eligible : 0.0;
@@ -312,7 +365,7 @@ BodyFit refine_body(const EdgeImage& image,
         const RayHit& one = ball[k];
         const RayHit& other = ball[(k + lag) % rays_per_ball];
         const double limit = 3.0 * fit.scatter_px;
-        if (!one.found || !other.found || std::abs(one.displacement) > limit ||
+        if (!one.placed || !other.placed || std::abs(one.displacement) > limit ||
             std::abs(other.displacement) > limit)
           continue;
         fit.autocovariance[lag] += one.displacement * other.displacement;
@@ -336,6 +389,18 @@ BodyFit refine_body(const EdgeImage& image,
   }
   if (samples > 0) fit.colour = sum / static_cast<float>(samples);
   return fit;
+}
+
+void observe_limbs(const EdgeImage& image,
+                   const Camera& camera,
+                   const BodyShape& shape,
+                   const BodyPose& pose,
+                   const Surroundings& surroundings,
+                   const RefineOptions& options,
+                   ObservedLimbs& observed) {
+  Rays rays;
+  const Eigen::Matrix3f whitening = whitening_of(image, camera, shape, pose, options.noise);
+  cast_rays(image, camera, shape, pose, surroundings, options, whitening, rays, &observed);
 }
 
 }  // namespace graintruth::tracking

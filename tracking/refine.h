@@ -10,6 +10,7 @@
 #include "datasets/experiment.h"
 #include "tracking/camera.h"
 #include "tracking/edge_image.h"
+#include "tracking/limb_model.h"
 
 namespace graintruth::tracking {
 
@@ -66,6 +67,8 @@ struct RefineOptions {
   double window_px = 3.0;  // how far an edge may lie from where the outline is expected
   int iterations = 3;
   double noise = 2.0;  // grey levels
+  // Places the edges that were found; without it they lie where the picture changes most.
+  const LimbModel* limb = nullptr;
 };
 
 // Moves `start` to where its outline meets edges. Never fails: a low `support` tells that there is
@@ -76,5 +79,19 @@ BodyFit refine_body(const EdgeImage& image,
                     const BodyPose& start,
                     const Surroundings& surroundings,
                     const RefineOptions& options);
+
+// The rays of a body at `pose` that meet an edge, and where it is: what a limb model is learned
+// from.
+struct ObservedLimbs {
+  std::vector<RayProfile> profiles;
+  std::vector<double> edges;  // px outwards
+};
+void observe_limbs(const EdgeImage& image,
+                   const Camera& camera,
+                   const BodyShape& shape,
+                   const BodyPose& pose,
+                   const Surroundings& surroundings,
+                   const RefineOptions& options,
+                   ObservedLimbs& observed);
 
 }  // namespace graintruth::tracking

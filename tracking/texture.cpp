@@ -13,22 +13,18 @@ constexpr int samples_per_radius = 12;
 constexpr double reach = 0.8;  // of the radius
 constexpr float value_scale = 16.0F;
 
-struct Grid {
-  struct Sample {
-    double u, v;                    // along and across the axis, in radii
-    std::array<int, 4> neighbours;  // towards -u, +u, -v, +v; -1 where there is none
-  };
-  std::vector<Sample> samples;
-};
+}  // namespace
 
-Grid make_grid(const BodyShape& shape, std::size_t ball) {
+TextureGrid make_texture_grid(const BodyShape& shape, std::size_t ball) {
   constexpr int n = samples_per_radius;
   // A seventh of a radius short of the plane in which the two balls meet
   const double seam = 0.5 * shape.separation / shape.radius[ball] - 1.0 / 7.0;
   const double sign = ball == 0 ? 1.0 : -1.0;
   std::array<std::array<int, 2 * n + 1>, 2 * n + 1> at;
   for (auto& row : at) row.fill(-1);
-  Grid grid;
+  TextureGrid grid;
+  grid.ball = ball;
+  grid.step = shape.radius[ball] / samples_per_radius;
   for (int i = -n; i <= n; ++i) {
     for (int j = -n; j <= n; ++j) {
       const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
@@ -43,7 +39,7 @@ Grid make_grid(const BodyShape& shape, std::size_t ball) {
                ? -1
                : at[static_cast<std::size_t>(i + n)][static_cast<std::size_t>(j + n)];
   };
-  for (Grid::Sample& s : grid.samples) {
+  for (TextureGrid::Sample& s : grid.samples) {
     const int i = static_cast<int>(std::lround(s.u * n)),
               j = static_cast<int>(std::lround(s.v * n));
     s.neighbours = {look(i - 1, j), look(i + 1, j), look(i, j - 1), look(i, j + 1)};
@@ -51,18 +47,16 @@ Grid make_grid(const BodyShape& shape, std::size_t ball) {
   return grid;
 }
 
-}  // namespace
-
 TexturePatch sample_texture(const EdgeImage& image,
                             const Camera& camera,
                             const BodyShape& shape,
                             const BodyPose& pose,
-                            std::size_t ball) {
+                            const TextureGrid& grid) {
+  const std::size_t ball = grid.ball;
   TexturePatch patch;
   patch.pose = pose;
   patch.centre = ball_centres(pose, shape)[ball];
   const double radius = shape.radius[ball];
-  const Grid grid = make_grid(shape, ball);
   const Eigen::Vector2d axis(std::cos(pose.angle), std::sin(pose.angle));
   const Eigen::Vector2d across(-axis.y(), axis.x());
   const Eigen::Vector2d& c = patch.centre;
@@ -74,7 +68,7 @@ TexturePatch sample_texture(const EdgeImage& image,
       (camera.project(Eigen::Vector3d(c.x(), c.y(), radius)) - middle);  // px a radius of height
   const double nearer = radius / camera.position().z();
   patch.values.reserve(3 * grid.samples.size());
-  for (const Grid::Sample& s : grid.samples) {
+  for (const TextureGrid::Sample& s : grid.samples) {
     const double height = std::sqrt(1.0 - s.u * s.u - s.v * s.v);
     const Eigen::Vector2d pixel =
         middle + (1.0 + nearer * height) * radius * (jacobian * (s.u * axis + s.v * across)) +
@@ -91,10 +85,8 @@ TexturePatch sample_texture(const EdgeImage& image,
 }
 
 std::vector<TextureShift> align_textures(const std::vector<TexturePatch>& patches,
-                                         const BodyShape& shape,
-                                         std::size_t ball) {
+                                         const TextureGrid& grid) {
   std::vector<TextureShift> shifts(patches.size());
-  const Grid grid = make_grid(shape, ball);
   const std::size_t size = grid.samples.size();
   // 1. The mean of all frames, and its gradient
   std::vector<Eigen::Vector3f> mean(size, Eigen::Vector3f::Zero());
@@ -108,7 +100,7 @@ std::vector<TextureShift> align_textures(const std::vector<TexturePatch>& patche
   }
   if (count < 2) return shifts;
   for (Eigen::Vector3f& value : mean) value /= value_scale * static_cast<float>(count);
-  const auto step = static_cast<float>(shape.radius[ball] / samples_per_radius);  // m
+  const auto step = static_cast<float>(grid.step);
   struct Node {
     std::size_t index;
     float u, v;
@@ -223,7 +215,7 @@ std::vector<std::vector<WitnessedPose>> join_witnesses(const std::vector<BodyWit
     const BodyWitness& witness = bodies[body];
     for (std::size_t b = 0; b < 2; ++b) {
       Ball& ball = all[body][b];
-      const auto shifts = align_textures(witness.patches[b], witness.shape, b);
+      const auto shifts = align_textures(witness.patches[b], witness.grids[b]);
       for (std::size_t k = 0; k < shifts.size(); ++k) {
         const double determinant = shifts[k].information.determinant();
         if (!(determinant > 0.0)) continue;

@@ -13,6 +13,21 @@
 
 namespace graintruth::tracking {
 
+// Where a ball is sampled: a square grid in the frame of the body, of the same points in every
+// frame.
+struct TextureGrid {
+  struct Sample {
+    double u, v;                    // along and across the axis, in radii
+    std::array<int, 4> neighbours;  // towards -u, +u, -v, +v; -1 where there is none
+  };
+  std::size_t ball = 0;
+  double step = 0.0;  // m, between neighbours
+  std::vector<Sample> samples;
+};
+
+// `ball` 0 lies towards -axis; what lies near the seam is left out.
+TextureGrid make_texture_grid(const BodyShape& shape, std::size_t ball);
+
 // One ball as it looked in one frame, sampled on the sphere's front in the frame of the body.
 struct TexturePatch {
   BodyPose pose;                     // at which it was sampled
@@ -20,13 +35,12 @@ struct TexturePatch {
   std::vector<std::int16_t> values;  // Y, Cr, Cb of every sample, sixteenths of a grey level
 };
 
-// Samples are taken on a square grid in the frame of the body; `ball` 0 lies towards -axis, and
-// what lies near the seam is left out. Empty where the ball reaches out of the image.
+// Empty where the ball reaches out of the image.
 TexturePatch sample_texture(const EdgeImage& image,
                             const Camera& camera,
                             const BodyShape& shape,
                             const BodyPose& pose,
-                            std::size_t ball);
+                            const TextureGrid& grid);
 
 // How far the ball lay from where it was sampled, against the mean of all patches: m, along and
 // across the axis, one a patch. `information` is 1/m^2 of the residuals' own scatter; zero where
@@ -37,8 +51,7 @@ struct TextureShift {
 };
 
 std::vector<TextureShift> align_textures(const std::vector<TexturePatch>& patches,
-                                         const BodyShape& shape,
-                                         std::size_t ball);
+                                         const TextureGrid& grid);
 
 // One body through the clip: every frame's pose from its outline and from what its balls show.
 struct WitnessedPose {
@@ -48,6 +61,7 @@ struct WitnessedPose {
 
 struct BodyWitness {
   std::array<std::vector<TexturePatch>, 2> patches;  // one a frame
+  std::array<TextureGrid, 2> grids;                  // that they were sampled on
   std::vector<WitnessedPose> outline;                // one a frame
   BodyShape shape;
 };

@@ -136,6 +136,7 @@ class FilmTracker {
   void recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
   void accept(Track& track, const BodyFit& fit, int number);
   void keep_textures(const EdgeImage& image, int number);
+  void learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodies);
   void check_fiducials(const cv::Mat& grey, int number);
   Surroundings surroundings_of(std::size_t body) const;
   cv::Rect working_region() const;
@@ -157,6 +158,8 @@ class FilmTracker {
   std::vector<FiducialSighting> sightings_;
   PlaneRegion region_;
   double noise_ = 1.0;
+  std::optional<LimbModel> limb_;     // from the first frame on
+  std::array<TextureGrid, 2> grids_;  // likewise
   std::vector<Track> tracks_;
   std::vector<datasets::Wall> walls_;  // as seen: in the particle plane, and their front edges
   std::optional<PistonWatcher> piston_;
@@ -291,42 +294,9 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
         1.0e3 * nominal_.radius[0],
         1.0e3 * nominal_.separation));
   }
-  // 2. The size at which outlines look sharpest: edges of lit balls seem to lie a little inside
-  for (int pass = 0; pass < 2; ++pass) {
-    std::vector<double> radius_ratios, separations;
-    std::vector<std::vector<BodyFit>> one_frame;
-    for (const BodyFit& fit : best) one_frame.push_back({fit});
-    const Learned learned = learn_shapes(one_frame, shape_);
-    for (const LearnedShape& body : learned.bodies) {
-      for (std::size_t ball = 0; ball < 2; ++ball)
-        radius_ratios.push_back(body.shape.radius[ball] / shape_.radius[ball]);
-      separations.push_back(body.shape.separation);
-    }
-    const double ratio = std::clamp(median(radius_ratios), 0.9, 1.1);
-    for (double& r : shape_.radius) r *= ratio;
-    shape_.separation *= std::clamp(median(separations) / shape_.separation, 0.9, 1.1);
-    std::vector<BodyFit> refitted;
-    for (std::size_t i = 0; i < best.size(); ++i) {
-      Surroundings around = alone;
-      for (std::size_t j = 0; j < best.size(); ++j) {
-        if (j == i) continue;
-        const auto centres = ball_centres(best[j].pose, shape_);
-        for (std::size_t ball = 0; ball < 2; ++ball)
-          around.discs.push_back({centres[ball], shape_.radius[ball]});
-      }
-      const double radius_px =
-          calibration_.camera.scale(best[i].pose.x, best[i].pose.z) * shape_.radius[0];
-      refitted.push_back(refine_body(
-          image,
-          calibration_.camera,
-          shape_,
-          best[i].pose,
-          around,
-          {.window_px = std::max(2.5, 0.1 * radius_px), .iterations = 4, .noise = noise_}));
-    }
-    best = refitted;
-  }
-  // 3. Numbers
+  learn_sizes(image, best);
+  for (std::size_t ball = 0; ball < 2; ++ball) grids_[ball] = make_texture_grid(shape_, ball);
+  // 2. Numbers
   const std::vector<int> numbered =
       number_by_start(best, experiment_.starts, experiment_.particle.count, nominal_.radius[0]);
   for (std::size_t body = 0; body < count; ++body) {
@@ -373,6 +343,67 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
         warn(fmt::format(
             "Frame 0 seems to show more than the {} particles that the experiment states.", count));
     }
+  }
+}
+
+// The size at which the outlines of the first frame lie best, and how blurred they are. Edges are
+// first taken where the picture changes most, which is near enough to learn the limb from.
+void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodies) {
+  const Surroundings alone = surroundings_of(tracks_.size());
+  const auto surroundings_among = [&](std::size_t body) {
+    Surroundings around = alone;
+    for (std::size_t other = 0; other < bodies.size(); ++other) {
+      if (other == body) continue;
+      const auto centres = ball_centres(bodies[other].pose, shape_);
+      for (std::size_t ball = 0; ball < 2; ++ball)
+        around.discs.push_back({centres[ball], shape_.radius[ball]});
+    }
+    return around;
+  };
+  const auto options_at = [&](const BodyPose& pose) {
+    const double radius_px = calibration_.camera.scale(pose.x, pose.z) * shape_.radius[0];
+    return RefineOptions{.window_px = std::max(2.5, 0.1 * radius_px),
+                         .iterations = 4,
+                         .noise = noise_,
+                         .limb = limb_ ? &*limb_ : nullptr};
+  };
+  for (int pass = 0; pass < 3; ++pass) {
+    std::vector<double> radius_ratios, separations;
+    std::vector<std::vector<BodyFit>> one_frame;
+    for (const BodyFit& fit : bodies) one_frame.push_back({fit});
+    const Learned learned = learn_shapes(one_frame, shape_);
+    for (const LearnedShape& body : learned.bodies) {
+      for (std::size_t ball = 0; ball < 2; ++ball)
+        radius_ratios.push_back(body.shape.radius[ball] / shape_.radius[ball]);
+      separations.push_back(body.shape.separation);
+    }
+    const double ratio = std::clamp(median(radius_ratios), 0.9, 1.1);
+    for (double& r : shape_.radius) r *= ratio;
+    shape_.separation *= std::clamp(median(separations) / shape_.separation, 0.9, 1.1);
+    if (pass == 1) {
+      ObservedLimbs observed;
+      for (std::size_t i = 0; i < bodies.size(); ++i)
+        observe_limbs(image,
+                      calibration_.camera,
+                      shape_,
+                      bodies[i].pose,
+                      surroundings_among(i),
+                      options_at(bodies[i].pose),
+                      observed);
+      const BodyPose& any = bodies.front().pose;
+      limb_.emplace(learn_limb_model(calibration_.camera.scale(any.x, any.z) * shape_.radius[0],
+                                     observed.profiles,
+                                     observed.edges));
+    }
+    std::vector<BodyFit> refitted;
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+      refitted.push_back(refine_body(image,
+                                     calibration_.camera,
+                                     shape_,
+                                     bodies[i].pose,
+                                     surroundings_among(i),
+                                     options_at(bodies[i].pose)));
+    bodies = refitted;
   }
 }
 
@@ -450,8 +481,9 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
       const double radius_px =
           calibration_.camera.scale(track.last.x, track.last.z) * shape_.radius[0];
       const RefineOptions refine{.window_px = std::max(2.5, (sweep == 0 ? 0.18 : 0.1) * radius_px),
-                                 .iterations = 3,
-                                 .noise = noise_};
+                                 .iterations = sweep == 0 ? 3 : 1,
+                                 .noise = noise_,
+                                 .limb = sweep == 0 ? nullptr : &*limb_};
       fits[body] = refine_body(
           image, calibration_.camera, shape_, track.last, surroundings_of(body), refine);
       if (fits[body].support >= lost_support) track.last = fits[body].pose;
@@ -490,8 +522,8 @@ void FilmTracker::keep_textures(const EdgeImage& image, int number) {
     for (std::size_t ball = 0; ball < 2; ++ball) {
       track.textures[ball].resize(frame + 1);
       if (track.fits.size() > frame && track.fits[frame])
-        track.textures[ball][frame] =
-            sample_texture(image, calibration_.camera, shape_, track.fits[frame]->pose, ball);
+        track.textures[ball][frame] = sample_texture(
+            image, calibration_.camera, shape_, track.fits[frame]->pose, grids_[ball]);
     }
   }
 }
@@ -571,7 +603,12 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
     const auto detection = static_cast<std::size_t>(detection_of[i]);
     used[detection] = 1;
     Track& track = tracks_[waiting[i]];
-    BodyFit fit = chosen[detection];
+    BodyFit fit = refine_body(image,
+                              calibration_.camera,
+                              shape_,
+                              chosen[detection].pose,
+                              others,
+                              {.iterations = 1, .noise = noise_, .limb = &*limb_});
     // The end nearest to the expected direction
     const double turn = axis_difference(fit.pose.angle, track.last.angle);
     const double turned = track.last.angle + turn - fit.pose.angle;
@@ -856,6 +893,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
     BodyWitness& witness = witnesses.emplace_back();
     witness.shape = learned.bodies[body].shape;
+    witness.grids = grids_;
     for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
       const auto& fit = tracks_[body].fits[k];
       WitnessedPose& pose = witness.outline.emplace_back();
@@ -949,7 +987,8 @@ std::string to_string(Grade grade) {
 TrackedFilm track_video(const datasets::Experiment& experiment,
                         const datasets::Replicate& replicate,
                         const TrackingOptions& options) {
-  cv::setNumThreads(1);  // films are tracked side by side; more threads would only get in each other's way
+  cv::setNumThreads(
+      1);  // films are tracked side by side; more threads would only get in each other's way
   FilmTracker tracker(experiment, replicate);
   return tracker.run(options);
 }

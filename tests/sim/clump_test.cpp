@@ -76,6 +76,21 @@ TEST(ClumpGeometry, SlicesAgreeWithPolynomialsOfAChain) {
   EXPECT_LT((sliced.inertia - exact.inertia).norm() / exact.inertia.norm(), 1e-9);
 }
 
+// Forty copies of a corner of a tetrahedron, each a little displaced inside it, force the even slices.
+TEST(ClumpGeometry, ManySpheresAreRightToOnePartInAMillion) {
+  std::vector<ElementSphere> spheres = {
+      {Vec3(0.5, 0.5, 0.5), 0.8}, {Vec3(-0.5, -0.5, 0.5), 0.8}, {Vec3(-0.5, 0.5, -0.5), 0.8},
+      {Vec3(0.5, -0.5, -0.5), 0.8}};
+  const MassProperties exact = mass_properties_of_union(spheres);
+  for (int i = 0; i < 36; ++i) {
+    const Vec3 shift(0.1 * std::cos(i), 0.1 * std::sin(i), 0.002 * i);
+    spheres.push_back({spheres[i % 4].centre + shift, 0.65});  // inside its ball of 0.8
+  }
+  const MassProperties many = mass_properties_of_union(spheres);
+  EXPECT_NEAR(many.volume / exact.volume, 1.0, 3e-6);
+  EXPECT_LT((many.inertia - exact.inertia).norm(), 3e-6 * exact.inertia.norm());
+}
+
 // Thesis, micro-experiment: R 2.2225, spacing 2.783 cm: 83.528 cm3, I/m 4.2425 and 2.0702 cm2
 // (digits as stated).
 TEST(ClumpGeometry, MicroBodyOfTheThesis) {

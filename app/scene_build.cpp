@@ -1,0 +1,269 @@
+#include "app/scene_build.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "datasets/input_error.h"
+#include "sim/profile.h"
+#include "sim/restitution.h"
+
+namespace graintruth::app {
+
+namespace {
+
+using datasets::InputError;
+using datasets::SceneFile;
+using datasets::SceneParticle;
+using datasets::SceneWall;
+using datasets::SizeSpread;
+
+// Spheres whose origin is farther from their centre of mass than this share of their length are
+// warned of, because the places that they are given are those of the centre of mass.
+constexpr double noteworthy_offset = 0.005;
+constexpr double noteworthy_protrusion = 0.01;  // of the length
+
+// x with P(X < x) = share of a standard normal X, by bisection.
+double normal_quantile(double share) {
+  double low = -10.0, high = 10.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(-middle / std::sqrt(2.0)) < share ? low : high) = middle;
+  }
+  return low;
+}
+
+// Middles of equally likely classes, shifted and stretched to mean 1 and the given deviation.
+std::vector<double> size_classes(const SizeSpread& size) {
+  if (size.kind == SizeSpread::Kind::none) return {1.0};
+  std::vector<double> middles;
+  for (int i = 0; i < size.classes; ++i) {
+    const double share = (i + 0.5) / size.classes;
+    if (size.kind == SizeSpread::Kind::uniform) {
+      middles.push_back(share);
+    } else {
+      const double normal = normal_quantile(share);
+      const double spread =
+          std::sqrt(std::log1p(size.standard_deviation * size.standard_deviation));
+      middles.push_back(size.kind == SizeSpread::Kind::normal ? normal : std::exp(spread * normal));
+    }
+  }
+  double mean = 0.0, variance = 0.0;
+  for (const double middle : middles) mean += middle / size.classes;
+  for (const double middle : middles) variance += (middle - mean) * (middle - mean) / size.classes;
+  for (double& middle : middles) {
+    middle = 1.0 + size.standard_deviation * (middle - mean) / std::sqrt(variance);
+  }
+  return middles;
+}
+
+std::vector<sim::ElementSphere> shape_of(const SceneParticle& particle, double& protrusion) {
+  if (particle.profile) {
+    const datasets::SceneProfile& given = *particle.profile;
+    std::vector<sim::ProfilePoint> points;
+    for (const auto& [x, y] : given.points) points.push_back({x, y});
+    const sim::Profile profile = points.empty()
+                                     ? sim::ellipse_profile(given.ellipse[0], given.ellipse[1])
+                                     : sim::Profile(std::move(points));
+    sim::ProfileFit fit = sim::fit_profile(profile, given.chords);
+    protrusion = fit.protrusion;
+    return std::move(fit.spheres);
+  }
+  if (particle.chain) {
+    const double radius = particle.chain->ball_radius;
+    const double volume =
+        sim::mass_properties_of_union(sim::chain_of_spheres(1, radius, 0.0)).volume;
+    return sim::chain_of_volume(particle.chain->count, particle.chain->aspect_ratio, volume);
+  }
+  std::vector<sim::ElementSphere> spheres;
+  for (const datasets::SceneSphere& sphere : particle.spheres) {
+    spheres.push_back({sphere.centre, sphere.radius});
+  }
+  return spheres;
+}
+
+sim::Clump scaled_clump(const SceneParticle& particle,
+                        const std::vector<sim::ElementSphere>& nominal,
+                        double scale) {
+  std::vector<sim::ElementSphere> spheres = nominal;
+  for (sim::ElementSphere& sphere : spheres) {
+    sphere.centre *= scale;
+    sphere.radius *= scale;
+  }
+  sim::MassChoice choice;
+  choice.density = particle.density;
+  if (particle.mass) choice.mass = *particle.mass * std::pow(scale, 3);
+  if (particle.inertia) choice.inertia = *particle.inertia * std::pow(scale, 5);
+  return sim::make_clump(std::move(spheres), choice, particle.material);
+}
+
+EnclosingBall enclosing_ball(const sim::Clump& clump) {
+  sim::Vec3 low = clump.spheres.front().centre, high = low;
+  for (const sim::ElementSphere& sphere : clump.spheres) {
+    low = low.cwiseMin(sphere.centre - sim::Vec3::Constant(sphere.radius));
+    high = high.cwiseMax(sphere.centre + sim::Vec3::Constant(sphere.radius));
+  }
+  EnclosingBall ball{0.5 * (low + high), 0.0};
+  for (const sim::ElementSphere& sphere : clump.spheres) {
+    ball.radius = std::max(ball.radius, (sphere.centre - ball.centre).norm() + sphere.radius);
+  }
+  return ball;
+}
+
+bool lies_on_a_line(const std::vector<sim::ElementSphere>& spheres) {
+  return std::all_of(spheres.begin(), spheres.end(), [](const sim::ElementSphere& sphere) {
+    return sphere.centre.y() == 0.0 && sphere.centre.z() == 0.0;
+  });
+}
+
+void add_particle(const SceneParticle& particle, BuiltScene& built) {
+  ParticleKind kind;
+  const std::vector<sim::ElementSphere> nominal = shape_of(particle, kind.protrusion);
+  if (lies_on_a_line(nominal)) kind.roughness = sim::surface_error_of(nominal);
+  for (const double scale : size_classes(particle.size)) {
+    sim::Clump clump = scaled_clump(particle, nominal, scale);
+    if (particle.inertia && !clump.input_from_body.isApprox(sim::Quat::Identity())) {
+      throw std::invalid_argument(
+          "inertia can be given only where the axes of the shape are "
+          "principal, but here they are not");
+    }
+    built.enclosing.push_back(enclosing_ball(clump));
+    kind.types.push_back(built.scene.add_type(std::move(clump)));
+  }
+  const sim::Clump& clump = built.scene.types[kind.types.front()];
+  const double length = 2.0 * built.enclosing[kind.types.front()].radius;
+  if (!particle.spheres.empty() && clump.centre_in_input.norm() > noteworthy_offset * length) {
+    built.warnings.push_back(fmt::format(
+        "The centre of mass of '{}' lies {:.2f} % of its length off the origin of its shape.",
+        particle.name,
+        100.0 * clump.centre_in_input.norm() / length));
+  }
+  if (kind.protrusion > noteworthy_protrusion * length) {
+    built.warnings.push_back(
+        fmt::format("A sphere of '{}' reaches {:.2f} mm outside the profile; give more chords, or "
+                    "accept it where the profile turns sharply.",
+                    particle.name,
+                    1e3 * kind.protrusion));
+  }
+  built.kinds.push_back(std::move(kind));
+}
+
+std::vector<sim::Wall> walls_of(const SceneWall& wall) {
+  using Kind = SceneWall::Kind;
+  const auto& points = wall.points;
+  switch (wall.kind) {
+    case Kind::segment:
+      return {sim::segment_wall(sim::into_plane(points[0]), sim::into_plane(points[1]))};
+    case Kind::plane:
+      return {sim::plane_wall(points[0], wall.normal)};
+    case Kind::polygon:
+      return {sim::polygon_wall(points)};
+    case Kind::disk:
+      return {sim::disk_wall(points[0], wall.normal, wall.radius)};
+    case Kind::cylinder:
+      return {sim::cylinder_wall(points[0], points[1], wall.radius)};
+    case Kind::mesh: {
+      std::vector<sim::Wall> facets;
+      for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
+        facets.push_back(sim::polygon_wall({points[i], points[i + 1], points[i + 2]}));
+      }
+      return facets;
+    }
+  }
+  return {};
+}
+
+sim::WallMotion motion_of(const datasets::SceneMotion& motion, double event) {
+  return {.velocity = motion.velocity,
+          .start_time = event + motion.start,
+          .end_time = event + motion.end,
+          .angular_velocity = motion.angular_velocity,
+          .pivot = motion.pivot};
+}
+
+// What stands in a scene is checked by the simulator, whose sentences get the name of the file.
+template <class Function>
+void naming(const SceneFile& file, const std::string& what, Function function) {
+  try {
+    function();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(fmt::format("{}: {}: {}.", file.file.string(), what, error.what()));
+  }
+}
+
+}  // namespace
+
+BuiltScene build_scene(const SceneFile& file) {
+  BuiltScene built;
+  built.scene.planar = file.is_planar;
+  built.scene.gravity = file.gravity;
+  for (const datasets::SceneMaterial& material : file.materials) {
+    built.scene.add_material(material.is_rigid
+                                 ? sim::rigid_material()
+                                 : sim::Material{material.elastic_modulus, material.poisson_ratio});
+  }
+  for (const SceneParticle& particle : file.particles) {
+    naming(
+        file, fmt::format("particle '{}'", particle.name), [&] { add_particle(particle, built); });
+  }
+  for (std::size_t w = 0; w < file.walls.size(); ++w) {
+    naming(file, fmt::format("wall '{}'", file.walls[w].name), [&] {
+      for (sim::Wall& wall : walls_of(file.walls[w])) {
+        wall.material = file.walls[w].material;
+        // Checked with its motion, which it gets at the event
+        wall.motion = motion_of(file.walls[w].motion, 0.0);
+        wall.drag = motion_of(file.walls[w].drag, 0.0);
+        sim::Scene alone;
+        alone.planar = file.is_planar;
+        alone.materials = built.scene.materials;
+        alone.add_wall(wall);
+        sim::check(alone);
+        wall.motion = {};
+        wall.drag = {};
+        built.scene.add_wall(wall);
+        built.owner.push_back(static_cast<int>(w));
+      }
+    });
+  }
+  naming(file, "the scene", [&] { sim::check(built.scene); });
+  return built;
+}
+
+void use_surfaces(const SceneFile& file,
+                  const datasets::ScenePhase& phase,
+                  sim::SurfaceTable& surfaces) {
+  std::set<int> of_particles;
+  for (const SceneParticle& particle : file.particles) of_particles.insert(particle.material);
+  for (const datasets::SceneSurfaces& given : file.surfaces) {
+    const bool between = of_particles.contains(given.first) && of_particles.contains(given.second);
+    sim::Surfaces now{given.friction, given.restitution};
+    const auto& friction = between ? phase.friction_between_particles : phase.friction_with_walls;
+    if (friction) now.friction = *friction;
+    if (phase.restitution) now.restitution = *phase.restitution;
+    // The rebound that this beta gives with the thesis's own law, which may pull
+    if (phase.damping_ratio) {
+      now.restitution = sim::restitution_of(*phase.damping_ratio, sim::Tension::allowed);
+    }
+    surfaces.set(given.first, given.second, now);
+  }
+}
+
+void start_walls(const SceneFile& file,
+                 const BuiltScene& built,
+                 double time,
+                 sim::Simulation& simulation) {
+  for (std::size_t w = 0; w < built.owner.size(); ++w) {
+    const SceneWall& wall = file.walls[built.owner[w]];
+    const int index = static_cast<int>(w);
+    const sim::WallMotion motion = motion_of(wall.motion, time);
+    const sim::WallMotion drag = motion_of(wall.drag, time);
+    if (!motion.is_none()) simulation.set_wall_motion(index, motion);
+    if (!drag.is_none()) simulation.set_wall_drag(index, drag);
+    if (std::isfinite(wall.opens_at)) simulation.open_wall(index, time + wall.opens_at);
+  }
+}
+
+}  // namespace graintruth::app

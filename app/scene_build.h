@@ -1,0 +1,47 @@
+// A scene file as a scene of the simulator: materials, kinds of particles and walls, still empty.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "datasets/scene_file.h"
+#include "sim/simulation.h"
+#include "sim/surface_error.h"
+
+namespace graintruth::app {
+
+// A ball around all spheres of a type, in its body frame.
+struct EnclosingBall {
+  sim::Vec3 centre = sim::Vec3::Zero();  // m
+  double radius = 0.0;                   // m
+};
+
+struct ParticleKind {
+  std::vector<int> types;       // one a size class, into sim::Scene::types
+  sim::SurfaceError roughness;  // of the nominal size; zero unless its spheres lie on a line
+  double protrusion = 0.0;      // m; of a fitted profile
+};
+
+struct BuiltScene {
+  sim::Scene scene;
+  std::vector<ParticleKind> kinds;       // one a SceneFile::particles
+  std::vector<EnclosingBall> enclosing;  // one a sim::Scene::types
+  std::vector<int> owner;                // of sim::Scene::walls, into SceneFile::walls
+  std::vector<std::string> warnings;     // sentences
+};
+
+// Walls do not move yet: see start_walls. Throws datasets::InputError for shapes that cannot be.
+BuiltScene build_scene(const datasets::SceneFile& file);
+
+// The surfaces of the file with what a phase sets in their place.
+void use_surfaces(const datasets::SceneFile& file,
+                  const datasets::ScenePhase& phase,
+                  sim::SurfaceTable& surfaces);
+
+// Lets the walls move, drag and open as the file says, `time` being the event.
+void start_walls(const datasets::SceneFile& file,
+                 const BuiltScene& built,
+                 double time,
+                 sim::Simulation& simulation);
+
+}  // namespace graintruth::app

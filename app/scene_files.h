@@ -1,0 +1,26 @@
+// What a simulated scene leaves in its run folder.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "app/scene_run.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::app {
+
+// tracks/simulation.csv and tables/*.csv.
+void write_scene_tables(const datasets::RunFolder& folder,
+                        const datasets::SceneFile& file,
+                        const SceneRun& run);
+
+// paraview/spheres.pvd and walls.pvd with a .vtp a frame.
+void write_paraview(const datasets::RunFolder& folder, const SceneRun& run);
+// dump.lammpstrj
+void write_ovito(const datasets::RunFolder& folder, const SceneRun& run);
+
+// result.json without the wall time.
+nlohmann::ordered_json scene_result(const datasets::SceneFile& file, const SceneRun& run);
+// The resolved scene, for run.json.
+nlohmann::ordered_json scene_configuration(const datasets::SceneFile& file);
+
+}  // namespace graintruth::app

@@ -1,0 +1,69 @@
+// Runs a scene file from its first particle to its last phase, and keeps what is seen on the way.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/scene_fill.h"
+
+namespace graintruth::app {
+
+struct SceneRunOptions {
+  std::uint64_t seed = 1;
+  std::int64_t step_limit = 0;  // of each stretch between frames; 0 for none
+  std::function<bool()> stop;   // asked now and then; true ends the run with what it has
+  // What is done, of what share of it.
+  std::function<void(const std::string& job, double share, const std::string& detail)> progress;
+};
+
+// How the particles hang together at one moment.
+struct BedState {
+  int contacts = 0;            // touching spheres, walls included
+  double coordination = 0.0;   // partners a particle; each other particle and each wall counts once
+  double mean_force = 0.0;     // N; normal, over contacts
+  double largest_force = 0.0;  // N
+  double sliding_share = 0.0;  // of contacts
+  int discharged = 0;          // particles below the exit height
+  double discharged_mass = 0.0;  // kg
+};
+
+struct SceneFrame {
+  sim::State state;  // time as simulated, the start of the filling being 0
+  sim::Energy energy;
+  BedState bed;
+  std::vector<sim::Vec3> wall_force;  // N, one a SceneFile::walls
+  std::vector<sim::Wall> walls;  // where they are; empty when where they were in the frame before
+};
+
+struct PhaseRecord {
+  std::string name;
+  double start = 0.0, end = 0.0;  // s, as simulated
+  std::int64_t steps = 0;
+  double time_step = 0.0;  // s
+  bool came_to_rest = false;
+};
+
+struct SceneRun {
+  sim::RunStatus status = sim::RunStatus::completed;
+  std::string message;
+  double event_time = 0.0;  // s, as simulated: times in files count from here
+  bool reached_event = false;
+  std::vector<SceneFrame> frames;
+  std::vector<PhaseRecord> phases;
+  sim::Scene scene;                          // types, and all bodies, as they are in the end
+  std::vector<int> owner;                    // of a wall of the frames, into SceneFile::walls
+  std::vector<ParticleKind> kinds;           // one a SceneFile::particles
+  std::vector<sim::ContactReport> contacts;  // in the end
+  std::vector<std::string> warnings;
+
+  // The walls as they stand in a frame.
+  const std::vector<sim::Wall>& walls_at(std::size_t frame) const;
+};
+
+// Throws datasets::InputError where the scene cannot start. The same file and seed give the same
+// bits.
+SceneRun run_scene(const datasets::SceneFile& file, const SceneRunOptions& options);
+
+}  // namespace graintruth::app

@@ -1,0 +1,152 @@
+// graintruth simulate: a scene from its first particle to its last frame, and what it leaves.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/made_folders.h"
+#include "app/progress.h"
+#include "app/run_record.h"
+#include "app/scene_files.h"
+#include "app/scene_picture.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::ordered_json;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::filesystem::path folder_for(const SimulateCommand& command, const std::string& name) {
+  return command.common.out.empty() ? std::filesystem::path("out") / name : command.common.out;
+}
+
+Json run_record(const SimulateCommand& command,
+                const datasets::SceneFile& file,
+                const std::string& started_at,
+                double simulating,
+                double writing) {
+  Json hashes = Json::object();
+  hashes[file.file.filename().string()] = datasets::file_hash(file.file);
+  for (const auto& input : file.inputs) {
+    hashes[input.filename().string()] = datasets::file_hash(input);
+  }
+  return {{"version", GRAINTRUTH_VERSION},
+          {"verb", "simulate"},
+          {"command", command.common.command_line},
+          {"started_at", started_at},
+          {"seed", command.common.seed},
+          {"jobs", 1},
+          {"options",
+           {{"render", command.render},
+            {"paraview", command.paraview},
+            {"ovito", command.ovito},
+            {"time_limit_s", command.time_limit}}},
+          {"configuration", scene_configuration(file)},
+          {"input_hashes", hashes},
+          {"stages",
+           Json::array({{{"name", "simulating"}, {"seconds", simulating}},
+                        {{"name", "writing"}, {"seconds", writing}}})}};
+}
+
+void print_summary(const Json& result, const std::filesystem::path& folder) {
+  fmt::print("{}\n", result["title"].get<std::string>());
+  for (const Json& phase : result["phases"]) {
+    fmt::print("{:12} {:9.4f} to {:9.4f} s, {} steps of {:.3g} s{}\n",
+               phase["name"].get<std::string>(),
+               phase["start_s"].get<double>(),
+               phase["end_s"].get<double>(),
+               phase["steps"].get<std::int64_t>(),
+               phase["time_step_s"].get<double>(),
+               phase["came_to_rest"].get<bool>() ? ", came to rest" : "");
+  }
+  fmt::print(
+      "{} particles, {} frames\n", result["particles"].get<int>(), result["frames"].get<int>());
+  if (result.contains("discharged")) {
+    fmt::print("{} particles ({:.4g} g) left through the exit\n",
+               result["discharged"]["particles"].get<int>(),
+               1e3 * result["discharged"]["mass_kg"].get<double>());
+  }
+  for (const Json& warning : result["warnings"]) {
+    fmt::print("Note: {}\n", warning.get<std::string>());
+  }
+  fmt::print("Results: {}\n", folder.string());
+}
+
+// Exit status and, on stderr, the sentence for a run that did not reach its end.
+int conclude(const SceneRun& run, const std::filesystem::path& folder) {
+  if (is_interrupted()) {
+    fmt::print(stderr,
+               "graintruth: interrupted; what was simulated until then is in {}.\n",
+               folder.string());
+    return 130;
+  }
+  if (run.status == sim::RunStatus::unstable) {
+    fmt::print(stderr,
+               "graintruth: the simulation cannot be trusted any more: {}; what came before is in "
+               "{}.\n",
+               run.message,
+               folder.string());
+    return 3;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int run_simulate(const SimulateCommand& command) {
+  const Clock::time_point start = Clock::now();
+  const std::string started_at = utc_now();
+  // 1. The scene and its folder
+  const datasets::SceneFile file = datasets::load_scene(command.scene);
+  const std::filesystem::path root = folder_for(command, file.name);
+  const MadeFolders made(root);
+  const datasets::RunFolder folder = datasets::open_run_folder(root);
+  ProgressLine progress(command.common.quiet);
+  catch_interrupts();
+
+  // 2. The simulation
+  SceneRunOptions options;
+  options.seed = command.common.seed;
+  options.stop = [&] {
+    return is_interrupted() ||
+           (command.time_limit > 0.0 && seconds_since(start) > command.time_limit);
+  };
+  options.progress = [&](const std::string& job, double share, const std::string& detail) {
+    progress.show(job, share, detail);
+  };
+  const SceneRun run = run_scene(file, options);
+  const double simulating = seconds_since(start);
+
+  // 3. What it leaves
+  write_scene_tables(folder, file, run);
+  if (command.paraview) write_paraview(folder, run);
+  if (command.ovito) write_ovito(folder, run);
+  if (command.render) {
+    render_scene(
+        folder.root, file, run, [&](double share) { progress.show("drawing", share, ""); });
+  }
+  Json result = scene_result(file, run);
+  const double total = seconds_since(start);
+  result["wall_time_s"] = total;
+  datasets::write_whole(folder.result(), result.dump(2) + "\n");
+  datasets::write_whole(
+      folder.run(),
+      run_record(command, file, started_at, simulating, total - simulating).dump(2) + "\n");
+  if (command.common.json) {
+    fmt::print("{}\n", result.dump(2));
+  } else {
+    progress.say("");
+    print_summary(result, folder.root);
+  }
+  return conclude(run, folder.root);
+}
+
+}  // namespace graintruth::app

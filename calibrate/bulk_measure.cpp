@@ -1,0 +1,245 @@
+#include "calibrate/bulk_measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace graintruth::calibrate {
+
+namespace {
+
+using datasets::Pose;
+using datasets::Trajectories;
+
+bool seen(const Pose& pose) { return std::isfinite(pose.x) && std::isfinite(pose.z); }
+
+// Twice the time of falling by a diameter: longer than that nothing but an arch holds them up.
+double longest_gap(const BulkRig& rig) {
+  return 2.0 * std::sqrt(2.0 * rig.particle_diameter / rig.gravity);
+}
+
+struct Line {
+  double slope = 0.0;
+  double largest_residual = 0.0;
+};
+
+// Least-squares line of the count against time over exits [first, last].
+Line line_through(const std::vector<double>& times, std::size_t first, std::size_t last) {
+  const auto count = static_cast<double>(last - first + 1);
+  double mean_time = 0.0;
+  for (std::size_t i = first; i <= last; ++i) mean_time += times[i] / count;
+  const double mean_index = 0.5 * static_cast<double>(first + last);
+  double square = 0.0, cross = 0.0;
+  for (std::size_t i = first; i <= last; ++i) {
+    square += (times[i] - mean_time) * (times[i] - mean_time);
+    cross += (times[i] - mean_time) * (static_cast<double>(i) - mean_index);
+  }
+  Line line;
+  if (!(square > 0.0)) return line;
+  line.slope = cross / square;
+  for (std::size_t i = first; i <= last; ++i)
+    line.largest_residual = std::max(
+        line.largest_residual,
+        std::abs(static_cast<double>(i) - mean_index - line.slope * (times[i] - mean_time)));
+  return line;
+}
+
+// Standard error of the mean of values that follow one another, with Bartlett's weights.
+double standard_error_of_mean(const std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  double mean = 0.0;
+  for (double value : values) mean += value / count;
+  const auto covariance = [&](std::size_t lag) {
+    double sum = 0.0;
+    for (std::size_t i = lag; i < values.size(); ++i)
+      sum += (values[i] - mean) * (values[i - lag] - mean);
+    return sum / count;
+  };
+  const auto lags = static_cast<std::size_t>(std::cbrt(count));
+  double variance = covariance(0);
+  for (std::size_t lag = 1; lag <= lags; ++lag)
+    variance +=
+        2.0 * (1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1)) * covariance(lag);
+  return std::sqrt(std::max(0.0, variance) / count);
+}
+
+// When a particle left; none where it stayed.
+std::optional<double> exit_time(const Trajectories& tracks,
+                                std::size_t particle,
+                                const BulkRig& rig) {
+  std::optional<std::size_t> before;  // last frame in which it was seen in the bin
+  for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
+    const Pose& pose = tracks.poses[tracks.index(frame, particle)];
+    if (!seen(pose)) continue;
+    if (pose.z >= 0.0) {
+      before = frame;
+      continue;
+    }
+    if (!before) return tracks.time[frame];
+    const double above = tracks.poses[tracks.index(*before, particle)].z;
+    return tracks.time[*before] +
+           (tracks.time[frame] - tracks.time[*before]) * above / (above - pose.z);
+  }
+  if (!before || *before + 1 >= tracks.frames()) return std::nullopt;
+  const Pose& last = tracks.poses[tracks.index(*before, particle)];
+  const bool over_orifice = std::abs(last.x) < 0.5 * rig.orifice && last.z < rig.particle_diameter;
+  if (!over_orifice) return std::nullopt;
+  return tracks.time[*before + 1];
+}
+
+}  // namespace
+
+Discharge measure_discharge(const Trajectories& tracks, const BulkRig& rig) {
+  Discharge discharge;
+  if (tracks.frames() == 0) return discharge;
+  discharge.from = tracks.time.front();
+  discharge.to = tracks.time.back();
+  for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
+       ++particle) {
+    bool ever = false;
+    for (std::size_t frame = 0; frame < tracks.frames() && !ever; ++frame)
+      ever = seen(tracks.poses[tracks.index(frame, particle)]);
+    if (!ever) continue;
+    ++discharge.particles;
+    if (const auto time = exit_time(tracks, particle, rig)) discharge.times.push_back(*time);
+  }
+  std::sort(discharge.times.begin(), discharge.times.end());
+  return discharge;
+}
+
+int discharged_by(const Discharge& discharge, double time) {
+  return static_cast<int>(std::upper_bound(discharge.times.begin(), discharge.times.end(), time) -
+                          discharge.times.begin());
+}
+
+Arching find_arching(const Discharge& discharge, const BulkRig& rig) {
+  Arching arching;
+  const double longest = longest_gap(rig);
+  const std::vector<double>& times = discharge.times;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (times[i] - times[i - 1] > longest) arching.pauses.push_back({times[i - 1], times[i]});
+  const double last = times.empty() ? std::max(0.0, discharge.from) : times.back();
+  arching.jammed =
+      static_cast<int>(times.size()) < discharge.particles && discharge.to - last > 10.0 * longest;
+  return arching;
+}
+
+std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig& rig) {
+  const std::vector<double>& times = discharge.times;
+  const double all = discharge.particles;
+  const auto begin = static_cast<std::size_t>(std::ceil(0.1 * all));
+  const std::size_t end = std::min(times.size(), static_cast<std::size_t>(0.8 * all) + 1);
+  const double tolerance = 0.02 * all;
+  const double longest = longest_gap(rig);
+  std::size_t best_first = 0, best_last = 0;
+  for (std::size_t first = begin; first < end; ++first) {
+    for (std::size_t last = first + 1; last < end; ++last) {
+      if (times[last] - times[last - 1] > longest) break;
+      if (last - first <= best_last - best_first) continue;
+      if (line_through(times, first, last).largest_residual > tolerance) continue;
+      best_first = first;
+      best_last = last;
+    }
+  }
+  const std::size_t gaps = best_last - best_first;
+  if (static_cast<double>(gaps) < 0.1 * all || gaps < 4) return std::nullopt;
+  SteadyRate steady;
+  steady.from = times[best_first];
+  steady.to = times[best_last];
+  steady.particles = static_cast<int>(gaps);
+  // Rate = 1 / mean gap; to first order its error is rate^2 times that of the mean gap.
+  std::vector<double> between;
+  for (std::size_t i = best_first + 1; i <= best_last; ++i)
+    between.push_back(times[i] - times[i - 1]);
+  const double frequency = line_through(times, best_first, best_last).slope;
+  steady.rate = rig.particle_mass * frequency;
+  steady.standard_error =
+      rig.particle_mass * frequency * frequency * standard_error_of_mean(between);
+  return steady;
+}
+
+BedShape measure_bed(const Trajectories& tracks, std::size_t frame, const BulkRig& rig) {
+  constexpr std::size_t strips = 10;
+  BedShape bed;
+  bed.surface.assign(strips, 0.0);
+  const double strip_width = rig.width / static_cast<double>(strips);
+  int count = 0;
+  for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
+       ++particle) {
+    const Pose& pose = tracks.poses[tracks.index(frame, particle)];
+    if (!seen(pose) || pose.z < 0.0) continue;
+    ++count;
+    const double strip = std::floor((pose.x + 0.5 * rig.width) / strip_width);
+    const auto at = static_cast<std::size_t>(std::clamp(strip, 0.0, strips - 1.0));
+    bed.surface[at] = std::max(bed.surface[at], pose.z + 0.5 * rig.particle_diameter);
+  }
+  for (double height : bed.surface) bed.area += height * strip_width;
+  if (bed.area > 0.0) {
+    bed.solid_fraction = count * rig.particle_area / bed.area;
+    bed.areal_density = count * rig.particle_mass / bed.area;
+  }
+  return bed;
+}
+
+VelocityProfile measure_profile(
+    const Trajectories& tracks, const BulkRig& rig, double height, double from, double to) {
+  VelocityProfile profile;
+  profile.height = height;
+  const auto bins =
+      static_cast<std::size_t>(std::max(1.0, std::floor(rig.width / rig.particle_diameter)));
+  const double bin_width = rig.width / static_cast<double>(bins);
+  struct Passage {
+    double velocity = 0.0, x = 0.0;
+    int frames = 0;
+  };
+  std::vector<std::map<std::size_t, Passage>> passages(bins);  // by particle
+  long frames = 0, inside = 0;
+  for (std::size_t frame = 1; frame < tracks.frames(); ++frame) {
+    if (tracks.time[frame - 1] < from || tracks.time[frame] > to) continue;
+    ++frames;
+    const double interval = tracks.time[frame] - tracks.time[frame - 1];
+    for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
+         ++particle) {
+      const Pose& before = tracks.poses[tracks.index(frame - 1, particle)];
+      const Pose& now = tracks.poses[tracks.index(frame, particle)];
+      if (!seen(before) || !seen(now)) continue;
+      const double z = 0.5 * (before.z + now.z), x = 0.5 * (before.x + now.x);
+      if (std::abs(z - height) > 0.5 * rig.particle_diameter) continue;
+      const double bin = std::floor((x + 0.5 * rig.width) / bin_width);
+      if (bin < 0.0 || bin >= static_cast<double>(bins)) continue;
+      ++inside;
+      Passage& passage = passages[static_cast<std::size_t>(bin)][particle];
+      passage.velocity += (before.z - now.z) / interval;
+      passage.x += x;
+      ++passage.frames;
+    }
+  }
+  if (frames == 0) return profile;
+  profile.areal_density = static_cast<double>(inside) / static_cast<double>(frames) *
+                          rig.particle_mass / (rig.width * rig.particle_diameter);
+  for (const auto& bin : passages) {
+    double velocity = 0.0, x = 0.0, weighted = 0.0;
+    long seen_frames = 0;
+    for (const auto& [particle, passage] : bin) {
+      velocity += passage.velocity / passage.frames / static_cast<double>(bin.size());
+      x += passage.x / passage.frames / static_cast<double>(bin.size());
+      weighted += passage.velocity;
+      seen_frames += passage.frames;
+    }
+    if (bin.empty()) continue;
+    // Every frame counts alike in the flux: that is what passes per second.
+    profile.flux +=
+        weighted * rig.particle_mass / (static_cast<double>(frames) * rig.particle_diameter);
+    double square = 0.0;
+    for (const auto& [particle, passage] : bin)
+      square += std::pow(passage.velocity / passage.frames - velocity, 2);
+    const auto count = static_cast<double>(bin.size());
+    // The mean over time, which the flux and a picture of the flow ask for
+    VelocitySample sample{x, weighted / static_cast<double>(seen_frames), 0.0};
+    if (bin.size() > 2) sample.standard_uncertainty = std::sqrt(square / (count - 1.0) / count);
+    profile.samples.push_back(sample);
+  }
+  return profile;
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,87 @@
+// What is measured of a bed that runs out of a bin, on film and in simulation alike: who left when,
+// the steady rate, pauses, how densely the bed lies and how fast it sinks. Thesis section 4.3.2.
+// x right, z up; the origin is the middle of the orifice in the floor.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calibrate/kinematic.h"
+#include "datasets/trajectories.h"
+
+namespace graintruth::calibrate {
+
+struct BulkRig {
+  double width = 0.0;              // m, of the bin
+  double orifice = 0.0;            // m
+  double particle_area = 0.0;      // m2, seen in the picture plane
+  double particle_diameter = 0.0;  // m, of a disc of that area
+  double particle_mass = 0.0;      // kg
+  double gravity = 9.81;           // m/s2
+};
+
+// When particles left, in order. A particle has left once its centre is below the floor; the time
+// is interpolated. One that was last seen over the orifice within a diameter of the floor and never
+// again left in the frame after.
+struct Discharge {
+  int particles = 0;          // in the bin at first
+  double from = 0.0;          // s, first frame
+  double to = 0.0;            // s, last frame
+  std::vector<double> times;  // s
+};
+Discharge measure_discharge(const datasets::Trajectories& tracks, const BulkRig& rig);
+
+// How many have left by a time.
+int discharged_by(const Discharge& discharge, double time);
+
+// A stretch without any particle leaving, long enough that free fall does not explain it: more than
+// twice the time in which a particle falls by its own diameter, 2 sqrt(2 d / g).
+struct Pause {
+  double from = 0.0, to = 0.0;  // s
+};
+// Between the first and the last particle that left. `jammed`: particles are still in the bin at
+// the end, and none has left for as long as ten such times.
+struct Arching {
+  std::vector<Pause> pauses;
+  bool jammed = false;
+};
+Arching find_arching(const Discharge& discharge, const BulkRig& rig);
+
+// The steady rate: over the longest stretch between 10 and 80 % discharged in which the count lies
+// within 2 % of all particles from a straight line and nothing pauses (written rule in place of the
+// thesis's eye). The standard error comes from the gaps between particles, which are not
+// independent (Newey and West 1987).
+struct SteadyRate {
+  double from = 0.0, to = 0.0;  // s
+  int particles = 0;            // that left in it
+  double rate = 0.0;            // kg/s
+  double standard_error = 0.0;  // kg/s
+};
+// None where no such stretch holds a tenth of the particles.
+std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig& rig);
+
+// The bed at one moment, from ten upright strips: each as high as its highest particle.
+struct BedShape {
+  std::vector<double> surface;  // m, height of each strip; 0 where it is empty
+  double area = 0.0;            // m2
+  double solid_fraction = 0.0;  // share of the area that particles cover
+  double areal_density = 0.0;   // kg/m2
+};
+BedShape measure_bed(const datasets::Trajectories& tracks, std::size_t frame, const BulkRig& rig);
+
+// Downward velocity across the bed in a band a diameter thick, binned by diameters, averaged over
+// time. Every particle counts once in each bin it passes.
+struct VelocityProfile {
+  double height = 0.0;                  // m, of the band's middle
+  std::vector<VelocitySample> samples;  // bins that particles passed
+  double areal_density = 0.0;           // kg/m2 in the band, averaged over time
+  // integral of v rho dx, kg/s: what must equal the rate. The check of every profile.
+  double flux = 0.0;
+};
+VelocityProfile measure_profile(const datasets::Trajectories& tracks,
+                                const BulkRig& rig,
+                                double height,
+                                double from,
+                                double to);
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,46 @@
+// Comparing two means: Student's t in its three forms, and the test of equivalence. That a t-test
+// finds no difference is no evidence that there is none; the interval of the difference, and
+// equivalence within a stated margin, are.
+#pragma once
+
+#include <span>
+
+namespace graintruth::calibrate {
+
+// Mean and standard deviation (n - 1) of a sample, or as printed in somebody's table.
+struct SampleSummary {
+  double mean = 0.0;
+  double standard_deviation = 0.0;
+  int count = 0;
+};
+SampleSummary summarise(std::span<const double> values);
+
+// Quantile of Student's t with `freedom` degrees of freedom (need not be whole).
+double student_t_quantile(double probability, double freedom);
+
+struct TTest {
+  double difference = 0.0;      // of the means, first minus second
+  double standard_error = 0.0;  // of the difference
+  double t = 0.0;
+  double freedom = 0.0;
+  double p = 0.0;                   // two-sided
+  double lower = 0.0, upper = 0.0;  // 95 % interval of the difference
+};
+
+// Welch 1947: unequal variances, freedom after Satterthwaite. The default for two samples.
+TTest welch_test(const SampleSummary& first, const SampleSummary& second);
+// Student 1908: equal variances.
+TTest pooled_test(const SampleSummary& first, const SampleSummary& second);
+// Of pairs; both must have the same length.
+TTest paired_test(std::span<const double> first, std::span<const double> second);
+
+// Two one-sided tests (Schuirmann 1987): `p` is the chance of seeing means so close if they
+// differed by the margin or more; below 0.05 they are equivalent within the margin.
+struct EquivalenceTest {
+  double margin = 0.0;
+  double p = 0.0;
+  bool equivalent = false;
+};
+EquivalenceTest equivalence_test(const TTest& test, double margin);
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,16 @@
+// Input decks of the thesis (Appendix D), in their keyword language of centimetres and steps.
+#pragma once
+
+#include <filesystem>
+
+#include "datasets/scene_file.h"
+
+namespace graintruth::datasets {
+
+// Reads a deck and the TOML file of the same name beside it, which says what decks leave out:
+// moduli, units, and which reading of ambiguous commands is meant (docs/scene.md). Throws
+// InputError with file, line and what is wrong; where keys beside the deck are missing, with all of
+// them.
+SceneFile load_deck(const std::filesystem::path& file);
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,201 @@
+// Scenes filled and run: weight, energy, seeds, and what the door refuses.
+#include "app/scene_run.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "datasets/input_error.h"
+#include "tests/app/laboratory.h"
+#include "tests/app/small_scene.h"
+#include "tests/support/temporary_folder.h"
+
+namespace graintruth::app {
+namespace {
+
+using tests::small_scene;
+using tests::TemporaryFolder;
+using tests::with;
+
+SceneRun run_text(const std::string& text, std::uint64_t seed = 1) {
+  const TemporaryFolder folder;
+  return run_scene(datasets::load_scene(folder.write("scene.toml", text)), {.seed = seed});
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    run_text(text);
+  } catch (const datasets::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+double weight_of(const SceneRun& run) {
+  double mass = 0.0;
+  for (const sim::Body& body : run.scene.bodies) mass += run.scene.types[body.type].mass;
+  return mass * 9.81;
+}
+
+TEST(SceneRun, SettledBedPressesWithItsWeight) {
+  const SceneRun run = run_text(small_scene());
+  ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
+  ASSERT_EQ(run.phases.size(), 2u);
+  EXPECT_TRUE(run.phases[0].came_to_rest);
+  EXPECT_EQ(run.scene.bodies.size(), 27u);
+  double upwards = 0.0;
+  for (const sim::Vec3& force : run.frames.back().wall_force) upwards -= force.z();
+  // Specification 14: the sum of vertical wall forces within 0.5 % of the weight
+  EXPECT_NEAR(upwards / weight_of(run), 1.0, 0.005);
+  // Times count from the event: the settling lies before it
+  EXPECT_DOUBLE_EQ(run.frames.front().state.time, run.event_time);
+  EXPECT_EQ(run.frames.size(), 3u);
+}
+
+TEST(SceneRun, SameSeedSameBitsOtherSeedOtherBed) {
+  const std::string pairs = with(
+      with(small_scene(), "radius_mm = 10", "chain = {count = 2, radius_mm = 7, spacing_mm = 6}"),
+      "longest_s = 2.0",
+      "longest_s = 0.2");
+  const SceneRun one = run_text(pairs, 7), again = run_text(pairs, 7), other = run_text(pairs, 8);
+  double difference = 0.0;
+  for (std::size_t i = 0; i < 27; ++i) {
+    EXPECT_EQ(one.scene.bodies[i].position, again.scene.bodies[i].position);
+    difference += (one.scene.bodies[i].position - other.scene.bodies[i].position).norm();
+  }
+  EXPECT_GT(difference, 1e-3);
+}
+
+TEST(SceneRun, LedgerClosesWhileBallsFallAndABeltRuns) {
+  std::string text = with(small_scene(), "duration_s = 0.02", "duration_s = 0.3");
+  text = with(text, "[settle]\nlongest_s = 2.0\nrestitution = 0.2\n", "");
+  text = with(text, "open = \"top\"", "open = \"top, bottom\"");
+  text += R"(
+[[wall]]
+name = "belt"
+material = "wall"
+shape = "polygon"
+corners_mm = [[-35, -35, 0], [35, -35, 0], [35, 35, 0], [-35, 35, 0]]
+surface_velocity_mm_per_s = [300, 0, 0]
+)";
+  const SceneRun run = run_text(text);
+  ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
+  const sim::Energy start = run.frames.front().energy, end = run.frames.back().energy;
+  const double lost = end.damping_loss + end.friction_loss;
+  EXPECT_GT(lost, 1e-3);
+  EXPECT_GT(end.wall_work, 0.0);
+  EXPECT_NEAR(end.total() + lost - end.wall_work - start.total(), 0.0, 0.01 * lost);
+}
+
+TEST(SceneRun, RainFillsOneByOne) {
+  std::string text =
+      with(small_scene(), "method = \"lattice\"", "method = \"rain\"\ninterval_s = 0.02");
+  text = with(text, "count = 27", "count = 12");
+  const SceneRun run = run_text(text);
+  ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
+  EXPECT_EQ(run.scene.bodies.size(), 12u);
+  ASSERT_EQ(run.phases.size(), 3u);
+  EXPECT_EQ(run.phases[0].name, "rain");
+  EXPECT_TRUE(run.phases[1].came_to_rest);
+  for (const sim::Body& body : run.scene.bodies) {
+    EXPECT_LT(std::abs(body.position.x()), 0.0255);
+    EXPECT_GT(body.position.z(), 0.0095);
+    EXPECT_LT(body.position.z(), 0.07);
+  }
+}
+
+TEST(SceneRun, PanelOpensAtItsTimeAndTheDischargeIsCounted) {
+  std::string text = with(small_scene(), "duration_s = 0.02", "duration_s = 0.4");
+  text = with(text, "output_interval_s = 0.01", "output_interval_s = 0.1\nexit_height_mm = -50");
+  text = with(text, "open = \"top\"", "open = \"top, bottom\"");
+  text += R"(
+[[wall]]
+name = "panel"
+material = "wall"
+shape = "disk"
+centre_mm = [0, 0, 0]
+normal = [0, 0, 1]
+radius_mm = 60
+opens_s = 0.1
+)";
+  const SceneRun run = run_text(text);
+  ASSERT_EQ(run.frames.size(), 5u);
+  EXPECT_EQ(run.frames[1].bed.discharged, 0);
+  EXPECT_EQ(run.frames[4].bed.discharged, 27);
+  EXPECT_NEAR(run.frames[4].bed.discharged_mass * 9.81, weight_of(run), 1e-12);
+}
+
+TEST(SceneRun, SizesHaveTheirMeanAndSpread) {
+  for (const char* kind : {"uniform", "normal", "lognormal"}) {
+    const TemporaryFolder folder;
+    const auto file = folder.write("scene.toml",
+                                   with(small_scene(),
+                                        "radius_mm = 10",
+                                        std::string("radius_mm = 10\nsize = {distribution = \"") +
+                                            kind + "\", standard_deviation = 0.1, classes = 9}"));
+    const BuiltScene built = build_scene(datasets::load_scene(file));
+    ASSERT_EQ(built.kinds[0].types.size(), 9u);
+    double mean = 0.0, square = 0.0;
+    for (const int type : built.kinds[0].types) {
+      const double radius = built.scene.types[type].spheres[0].radius / 0.01;
+      mean += radius / 9.0;
+      square += radius * radius / 9.0;
+      EXPECT_NEAR(built.scene.types[type].mass / built.scene.types[type].volume, 1000.0, 1e-9);
+    }
+    EXPECT_NEAR(mean, 1.0, 1e-12) << kind;
+    EXPECT_NEAR(std::sqrt(square - mean * mean), 0.1, 1e-12) << kind;
+  }
+}
+
+TEST(SceneRun, PhaseSetsFrictionOnlyForItself) {
+  const TemporaryFolder folder;
+  const auto scene = datasets::load_scene(folder.write(
+      "scene.toml", with(small_scene(), "restitution = 0.2", "restitution = 0.2\nfriction = 0.0")));
+  sim::SurfaceTable surfaces;
+  use_surfaces(scene, scene.phases[0], surfaces);
+  EXPECT_EQ(surfaces.of(0, 0).friction, 0.0);
+  EXPECT_EQ(surfaces.of(0, 1).restitution, 0.2);
+  use_surfaces(scene, scene.phases[1], surfaces);
+  EXPECT_EQ(surfaces.of(0, 1).friction, 0.3);
+  EXPECT_EQ(surfaces.of(0, 0).restitution, 0.5);
+}
+
+TEST(SceneDoor, NamesParticlesThatCannotBeWhereTheyAre) {
+  const std::string empty = with(small_scene(), "count = 27", "count = 0");
+  const auto place = [&](const std::string& where) {
+    return empty + "\n[[place]]\nparticle = \"ball\"\n" + where;
+  };
+  EXPECT_NE(refusal(place("x_mm = 30\nz_mm = 50\n")).find("overlaps wall 'box_right'"),
+            std::string::npos);
+  const std::string floor =
+      "\n[[wall]]\nname = \"ground\"\nmaterial = \"wall\"\nshape = \"plane\"\npoint_mm = [0, 0, "
+      "-50]\nnormal = [0, 0, 1]\n";
+  EXPECT_NE(refusal(place("x_mm = 90\nz_mm = -90\n") + floor).find("lies behind wall 'ground'"),
+            std::string::npos);
+  const std::string second = "\n[[place]]\nparticle = \"ball\"\nx_mm = 12\nz_mm = 50\n";
+  EXPECT_NE(refusal(place("x_mm = 0\nz_mm = 50\n") + second).find("particle 2"), std::string::npos);
+  EXPECT_NE(refusal(with(small_scene(), "count = 27", "count = 500")).find("of 500 particles"),
+            std::string::npos);
+}
+
+// Under the slopes of a hopper there is room for a lattice, but nothing could have come there.
+TEST(Lattice, StandsOnlyWhereParticlesCanFall) {
+  std::string text = with(small_scene(), "dimensions = 3", "dimensions = 2");
+  text =
+      with(text,
+           "shape = \"box\"\nlow_mm = [-35, -35, 0]\nhigh_mm = [35, 35, 200]\nopen = \"top\"\n",
+           "shape = \"segment\"\nfrom_mm = [0, 0]\nto_mm = [-300, 300]\n\n[[wall]]\nname = "
+           "\"right\"\nmaterial = \"wall\"\nshape = \"segment\"\nfrom_mm = [0, 0]\nto_mm = [300, "
+           "300]\n");
+  text = with(text,
+              "low_mm = [-35, -35, 0]\nhigh_mm = [35, 35, 200]",
+              "low_mm = [-200, 0]\nhigh_mm = [200, 300]");
+  text = with(text, "longest_s = 2.0", "longest_s = 0.01");
+  const SceneRun run = run_text(text);
+  for (const sim::Body& body : run.scene.bodies) {
+    EXPECT_GT(body.position.z(), std::abs(body.position.x()));
+  }
+}
+
+}  // namespace
+}  // namespace graintruth::app
