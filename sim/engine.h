@@ -11,6 +11,7 @@
 #include "sim/forces.h"
 #include "sim/integrate.h"
 #include "sim/simulation.h"
+#include "sim/snapshot.h"
 
 namespace graintruth::sim {
 
@@ -33,6 +34,11 @@ class Engine {
   void use_wall_drag(int wall, const WallMotion& drag);
   void open_wall(int wall, double time);
   void clear_velocities();
+
+  // Everything that decides how this engine goes on. Putting it back needs an engine of the same
+  // bodies and walls; throws std::invalid_argument when they are others.
+  void save(Snapshot& snapshot) const;
+  void restore(const Snapshot& snapshot);
 
   double time() const { return time_; }
   double time_step() const { return factors_.time_step; }

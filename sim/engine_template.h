@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <stdexcept>
 
 #include "sim/engine.h"
 
@@ -99,6 +100,128 @@ struct Hash {
   }
 };
 
+// The numbers of a snapshot in their order (see Snapshot): the same walk writes and reads them.
+struct NumberWriter {
+  std::vector<double>& numbers;
+  void operator()(double value) { numbers.push_back(value); }
+};
+struct NumberReader {
+  const double* next;
+  void operator()(double& value) { value = *next++; }
+};
+template <class Pass>
+void pass(PlanarVector& v, Pass& one) {
+  one(v.x);
+  one(v.z);
+}
+template <class Pass>
+void pass(SpatialVector& v, Pass& one) {
+  one(v.x);
+  one(v.y);
+  one(v.z);
+}
+template <class Pass>
+void pass(double& v, Pass& one) {
+  one(v);
+}
+template <class Column, class Pass>
+void pass_row(Column& column, int i, Pass& one) {
+  auto value = column.at(i);
+  pass(value, one);
+  column.set(i, value);
+}
+
+template <int D, class Pass>
+void pass_body(Bodies<D>& bodies, int i, Pass& one) {
+  BodyMotion<D>& motion = bodies.motion[i];
+  pass(motion.position, one);
+  pass(motion.velocity, one);
+  pass(motion.velocity_now, one);
+  pass(motion.spin, one);
+  pass(motion.spin_now, one);
+  pass_row(bodies.acceleration, i, one);
+  pass_row(bodies.angular_acceleration, i, one);
+  if constexpr (D == 2) {
+    one(bodies.turns.angle[i]);
+    pass_row(bodies.turns.direction, i, one);
+  } else {
+    one(bodies.turns.world_from_body.w[i]);
+    one(bodies.turns.world_from_body.x[i]);
+    one(bodies.turns.world_from_body.y[i]);
+    one(bodies.turns.world_from_body.z[i]);
+    pass_row(bodies.turns.spin_in_body, i, one);
+  }
+}
+
+template <int D, class Pass>
+void pass_surface(WallSurface<D>& surface, Pass& one) {
+  for (Vec<D>* vector : {&surface.velocity, &surface.velocity_now, &surface.force}) {
+    auto value = plain(*vector);
+    pass(value, one);
+    *vector = to_eigen(value);
+  }
+  for (auto* spin : {&surface.spin, &surface.spin_now, &surface.torque}) {
+    auto value = plain(*spin);
+    pass(value, one);
+    *spin = to_eigen(value);
+  }
+  double turns = surface.turns ? 1.0 : 0.0;
+  one(turns);
+  surface.turns = turns != 0.0;
+}
+
+// The second of a candidate: a sphere, or with walls the wall of its group.
+template <int D>
+std::int64_t second_of(const ContactList<D>& list, int candidate, bool with_walls) {
+  return with_walls ? list.groups[list.group_of[candidate]].second : list.second_sphere[candidate];
+}
+
+template <int D>
+void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<KeptContact>& kept) {
+  for (int c = 0; c < list.count(); ++c) {
+    if (!list.is_touching[c]) continue;
+    KeptContact contact{list.first_sphere[c], second_of(list, c, with_walls), {}};
+    if constexpr (D == 2) {
+      contact.spring[0] = list.spring[c];
+    } else {
+      contact.spring[0] = list.spring[c].x;
+      contact.spring[1] = list.spring[c].y;
+      contact.spring[2] = list.spring[c].z;
+    }
+    kept.push_back(contact);
+  }
+}
+
+// Both are in the order of the candidates.
+template <int D>
+void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList<D>& list) {
+  std::size_t next = 0;
+  for (int c = 0; c < list.count(); ++c) {
+    list.is_touching[c] = 0;
+    if (next == kept.size() || kept[next].first_sphere != list.first_sphere[c] ||
+        kept[next].second != second_of(list, c, with_walls)) {
+      continue;
+    }
+    const double* spring = kept[next].spring;
+    list.is_touching[c] = 1;
+    if constexpr (D == 2) {
+      list.spring[c] = spring[0];
+    } else {
+      list.spring[c] = {spring[0], spring[1], spring[2]};
+    }
+    ++next;
+  }
+  if (next != kept.size()) {
+    throw std::invalid_argument("snapshot: has a contact between spheres that are not near");
+  }
+}
+
+inline void require_same(std::int64_t of_snapshot, std::int64_t here, const std::string& what) {
+  if (of_snapshot == here) return;
+  throw std::invalid_argument("snapshot: has " + std::to_string(of_snapshot) + " " + what +
+                              ", this scene has " + std::to_string(here));
+}
+
 inline std::string number(double value) { return std::to_string(value); }
 
 }  // namespace engine_detail
@@ -139,6 +262,10 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
   find_contacts();
   factors_ = step_factors(choose_time_step(scene, options.time_step), global_damping_);
   start();
+  if (earlier == nullptr && overlap_trouble_.found) {
+    throw std::invalid_argument("Scene: " + describe_overlap() +
+                                "; bodies must start apart, such a contact would throw them off");
+  }
 }
 
 template <int D>
@@ -491,6 +618,72 @@ std::uint64_t Engine<D>::state_hash() const {
     }
   }
   return hash.value;
+}
+
+template <int D>
+void Engine<D>::save(Snapshot& snapshot) const {
+  using namespace engine_detail;
+  snapshot.dimensions = D;
+  snapshot.body_count = bodies_.count();
+  snapshot.sphere_count = static_cast<std::int64_t>(bodies_.sphere_radius.size());
+  snapshot.time = time_;
+  snapshot.time_step = factors_.time_step;
+  snapshot.slip_time = slip_time_;
+  snapshot.global_damping = global_damping_;
+  snapshot.damping_loss = damping_loss_;
+  snapshot.tangential_work = tangential_work_;
+  snapshot.wall_work = wall_work_;
+  snapshot.pairs = pairs_;
+  snapshot.walls = walls_at_rest_;
+  // Of copies, because the same walk puts the numbers back
+  NumberWriter body_numbers{snapshot.bodies};
+  Bodies<D> bodies = bodies_;
+  for (int i = 0; i < bodies.count(); ++i) pass_body(bodies, i, body_numbers);
+  NumberWriter surface_numbers{snapshot.wall_surfaces};
+  for (WallSurface<D> surface : wall_surfaces_) pass_surface(surface, surface_numbers);
+  keep_touching(between_, false, snapshot.between_bodies);
+  keep_touching(with_walls_, true, snapshot.with_walls);
+}
+
+template <int D>
+void Engine<D>::restore(const Snapshot& snapshot) {
+  using namespace engine_detail;
+  const auto size = [](const auto& vector) { return static_cast<std::int64_t>(vector.size()); };
+  const std::int64_t walls = size(walls_at_rest_);
+  require_same(snapshot.dimensions, D, "dimensions");
+  require_same(snapshot.body_count, bodies_.count(), "bodies");
+  require_same(snapshot.sphere_count, size(bodies_.sphere_radius), "spheres");
+  require_same(size(snapshot.walls), walls, "walls");
+  require_same(size(snapshot.pairs), size(pairs_), "pairs of materials");
+  require_same(size(snapshot.bodies), bodies_.count() * numbers_per_body(D), "numbers of bodies");
+  require_same(size(snapshot.wall_surfaces),
+               walls * numbers_per_wall_surface(D),
+               "numbers of wall surfaces");
+
+  time_ = snapshot.time;
+  slip_time_ = snapshot.slip_time;
+  global_damping_ = snapshot.global_damping;
+  factors_ = step_factors(snapshot.time_step, global_damping_);
+  damping_loss_ = snapshot.damping_loss;
+  tangential_work_ = snapshot.tangential_work;
+  wall_work_ = snapshot.wall_work;
+  pairs_ = snapshot.pairs;
+  walls_at_rest_ = snapshot.walls;
+  walls_ = walls_at_rest_;
+  list_moving_walls();
+  for (const int w : moving_walls_) place_wall(walls_at_rest_[w], time_, walls_[w]);
+  NumberReader body_numbers{snapshot.bodies.data()};
+  for (int i = 0; i < bodies_.count(); ++i) {
+    pass_body(bodies_, i, body_numbers);
+    place_spheres(bodies_, i);
+  }
+  NumberReader surface_numbers{snapshot.wall_surfaces.data()};
+  for (WallSurface<D>& surface : wall_surfaces_) pass_surface(surface, surface_numbers);
+  overlap_trouble_ = {};
+  trouble_.clear();
+  find_contacts();
+  put_back(snapshot.between_bodies, false, between_);
+  put_back(snapshot.with_walls, true, with_walls_);
 }
 
 template <int D>
