@@ -6,15 +6,16 @@ namespace {
 void start_turn(const Body& body, Bodies<2>& bodies) {
   bodies.turns.angle.push_back(body.picture_angle);
   const Vec2 axis = into_plane(body.orientation * Vec3::UnitX());
-  bodies.turns.direction.push_back(axis.normalized());
-  bodies.spin.push_back(picture_spin_of(body.angular_velocity));
+  bodies.turns.direction.push_back(plain(Vec2(axis.normalized())));
+  bodies.motion.back().spin = picture_spin_of(body.angular_velocity);
 }
 
 void start_turn(const Body& body, Bodies<3>& bodies) {
-  bodies.turns.world_from_body.push_back(body.orientation);
-  bodies.turns.spin_in_body.push_back(body.orientation.conjugate() * body.angular_velocity);
-  bodies.turns.acceleration_in_body.push_back(Vec3::Zero());
-  bodies.spin.push_back(body.angular_velocity);
+  const Rotation world_from_body = plain(body.orientation);
+  const SpatialVector spin = plain(body.angular_velocity);
+  bodies.turns.world_from_body.push_back(world_from_body);
+  bodies.turns.spin_in_body.push_back(turned_back(world_from_body, spin));
+  bodies.motion.back().spin = spin;
 }
 
 }  // namespace
@@ -32,28 +33,36 @@ Bodies<D> make_bodies(const Scene& scene) {
       bodies.inertia.push_back(type.inertia.y());
       bodies.inverse_inertia.push_back(1.0 / type.inertia.y());
     } else {
-      bodies.inertia.push_back(type.inertia);
-      bodies.inverse_inertia.push_back(type.inertia.cwiseInverse());
+      bodies.inertia.push_back(plain(type.inertia));
+      bodies.inverse_inertia.push_back(plain(Vec3(type.inertia.cwiseInverse())));
     }
+    const bool is_round =
+        type.inertia.x() == type.inertia.y() && type.inertia.y() == type.inertia.z();
+    bodies.is_centred_sphere.push_back(type.spheres.size() == 1 &&
+                                       type.spheres.front().centre.isZero(0.0));
+    bodies.gyration.push_back(is_round ? 0.0 : 1.0);
+    bodies.reach_squared.push_back(type.bounding_radius * type.bounding_radius);
     bodies.bounding_radius.push_back(type.bounding_radius);
     bodies.material.push_back(type.material);
     for (const ElementSphere& sphere : type.spheres) {
       bodies.sphere_radius.push_back(sphere.radius);
-      bodies.sphere_in_body.push_back(to_motion<D>(sphere.centre));
+      bodies.sphere_in_body.push_back(plain(to_motion<D>(sphere.centre)));
     }
     bodies.first_sphere.push_back(static_cast<int>(bodies.sphere_radius.size()));
-    bodies.position.push_back(to_motion<D>(body.position));
-    bodies.velocity.push_back(to_motion<D>(body.velocity));
+    const auto velocity = plain(to_motion<D>(body.velocity));
+    bodies.motion.push_back({plain(to_motion<D>(body.position)),
+                             velocity,
+                             velocity,
+                             Motion<D>::no_tangent(),
+                             Motion<D>::no_tangent()});
     start_turn(body, bodies);
+    bodies.acceleration.push_back(Motion<D>::no_vector());
+    bodies.angular_acceleration.push_back(Motion<D>::no_tangent());
+    bodies.motion.back().spin_now = bodies.motion.back().spin;
   }
   const std::size_t count = scene.bodies.size();
-  bodies.acceleration.assign(count, Vec<D>::Zero());
-  bodies.angular_acceleration.assign(count, Motion<D>::no_spin());
-  bodies.force.assign(count, Vec<D>::Zero());
-  bodies.torque.assign(count, Motion<D>::no_spin());
-  bodies.velocity_now = bodies.velocity;
-  bodies.spin_now = bodies.spin;
-  bodies.sphere_position.assign(bodies.sphere_radius.size(), Vec<D>::Zero());
+  bodies.load.resize(count);
+  bodies.sphere_position.resize(bodies.sphere_radius.size());
   for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
   return bodies;
 }
@@ -67,15 +76,15 @@ void write_state(const Bodies<D>& bodies, State& state) {
   state.angular_velocity.resize(count);
   state.picture_angle.resize(D == 2 ? count : 0);
   for (int i = 0; i < count; ++i) {
-    state.position[i] = to_space(bodies.position[i], bodies.layer);
-    state.velocity[i] = to_space(bodies.velocity_now[i]);
+    state.position[i] = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
+    state.velocity[i] = to_space(to_eigen(bodies.motion[i].velocity_now));
     if constexpr (D == 2) {
       state.picture_angle[i] = bodies.turns.angle[i];
       state.orientation[i] = orientation_from_picture_angle(bodies.turns.angle[i]);
-      state.angular_velocity[i] = angular_velocity_from_picture_spin(bodies.spin_now[i]);
+      state.angular_velocity[i] = angular_velocity_from_picture_spin(bodies.motion[i].spin_now);
     } else {
-      state.orientation[i] = bodies.turns.world_from_body[i];
-      state.angular_velocity[i] = bodies.spin_now[i];
+      state.orientation[i] = to_eigen(bodies.turns.world_from_body.at(i));
+      state.angular_velocity[i] = to_eigen(bodies.motion[i].spin_now);
     }
   }
 }

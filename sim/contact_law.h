@@ -26,43 +26,52 @@ inline double hertz_energy(double stiffness, double overlap) {
   return (4.0 / 15.0) * stiffness * overlap * overlap;
 }
 
+// Which law: the default one is fixed when the program is compiled, so that its loop has no
+// branches; any other is chosen when the simulation starts. Both run through the same functions.
+struct DefaultLaw {
+  static constexpr Tension tension = Tension::clipped;
+  static constexpr DampingSharing sharing = DampingSharing::inv_sqrt_n;
+};
+struct ChosenLaw {
+  Tension tension = Tension::clipped;
+  DampingSharing sharing = DampingSharing::inv_sqrt_n;
+};
+
 // Dashpot constant per stiffness, s: what multiplies k_n (or k_t) of one of `count` simultaneous
 // contacts between the same two bodies. K = sum of their stiffnesses, m* = m1 m2/(m1 + m2) from the
 // masses of the BODIES.
-//   inv_sqrt_n  c_i = 2 sqrt(5/6) beta sqrt(m*/K) k_i      total c = 2 sqrt(5/6) beta sqrt(K m*):
-//   restitution as asked none        c_i = 2 sqrt(5/6) beta sqrt(m* k_i)        (thesis 1.22,
-//   contact by contact) inv_n       c_i = the same over the number of contacts
-inline double dashpot_per_stiffness(DampingSharing sharing,
+//   inv_sqrt_n  c_i = 2 sqrt(5/6) beta sqrt(m*/K) k_i     the total is 2 sqrt(5/6) beta sqrt(K m*):
+//                                                         restitution as asked
+//   none        c_i = 2 sqrt(5/6) beta sqrt(m* k_i)       thesis 1.22, contact by contact
+//   inv_n       c_i = the same over the number of contacts
+template <class Law>
+inline double dashpot_per_stiffness(const Law& law,
                                     double normal_damping,
                                     double reduced_mass,
                                     double sum_of_stiffness,
                                     double stiffness,
-                                    int count) {
-  switch (sharing) {
-    case DampingSharing::inv_sqrt_n:
-      return normal_damping * std::sqrt(reduced_mass / sum_of_stiffness);
-    case DampingSharing::none:
-      return normal_damping * std::sqrt(reduced_mass / stiffness);
-    case DampingSharing::inv_n:
-      return normal_damping * std::sqrt(reduced_mass / stiffness) / count;
+                                    double count) {
+  if (law.sharing == DampingSharing::inv_sqrt_n) {
+    return normal_damping * std::sqrt(reduced_mass / sum_of_stiffness);
   }
-  return 0.0;
+  const double alone = normal_damping * std::sqrt(reduced_mass / stiffness);
+  return law.sharing == DampingSharing::inv_n ? alone / count : alone;
 }
 
 // Relative motion of the two surfaces at the contact point, second body minus first
 // (thesis 1.36, 1.45-1.46).
 template <int D>
 struct SurfaceMotion {
-  double normal_speed = 0.0;               // m/s along the normal; below zero while approaching
+  double normal_speed;                     // m/s along the normal; below zero while approaching
   typename Motion<D>::Tangent tangential;  // m/s, now: drives the dashpot
   typename Motion<D>::Tangent slip;        // m, since the last step: stretches the spring
 };
 
 template <int D>
 struct ContactForce {
-  double normal = 0.0;  // N on the second body along the normal (first to second)
+  double normal;  // N on the second body along the normal (first to second)
   typename Motion<D>::Tangent tangential;  // N on the second body
-  bool slides = false;
+  bool slides;
 };
 
 // Force of one contact; advances its tangential spring (m, tangential displacement of the second
@@ -70,34 +79,33 @@ struct ContactForce {
 //   N = F_el - c_n v_n, not below zero when clipped
 //   F_t = -k_t spring - c_t v_t, at most mu N, N with the dashpot (thesis 1.71-1.72, fig. 1.4
 //   variant a); when limited, the spring is left with the stretch that carries mu N.
-template <int D, bool Clipped>
-inline ContactForce<D> contact_force(const PairMaterial& pair,
+template <int D, class Law>
+inline ContactForce<D> contact_force(const Law& law,
+                                     const PairMaterial& pair,
                                      const SurfaceMotion<D>& motion,
-                                     const Vec<D>& normal,
+                                     typename Motion<D>::Vector normal,
                                      double overlap,
                                      double stiffness,
                                      double dashpot,
                                      typename Motion<D>::Tangent& spring) {
-  ContactForce<D> force;
   // 1. Normal spring and dashpot
-  force.normal = hertz_force(stiffness, overlap) - dashpot * stiffness * motion.normal_speed;
-  const double pressing = force.normal > 0.0 ? force.normal : 0.0;
-  if constexpr (Clipped) force.normal = pressing;
+  const double whole = hertz_force(stiffness, overlap) - dashpot * stiffness * motion.normal_speed;
+  const double pressing = whole > 0.0 ? whole : 0.0;
 
   // 2. Tangential spring and dashpot
   const double tangential_stiffness = pair.tangential_ratio * stiffness;
-  spring = turned_into_plane(spring, normal) + motion.slip;
-  force.tangential = -tangential_stiffness * spring -
+  const auto stretched = turned_into_plane(spring, normal) + motion.slip;
+  const auto trial = -tangential_stiffness * stretched -
                      (pair.tangential_damping * dashpot * stiffness) * motion.tangential;
 
   // 3. Coulomb's limit
   const double limit = pair.friction * pressing;
-  const double trial = length_of(force.tangential);
-  if (trial > limit) {
-    force.tangential *= limit / trial;
-    spring = force.tangential / -tangential_stiffness;
-    force.slides = true;
-  }
+  const double length = length_of(trial);
+  const bool slides = length > limit;
+  const ContactForce<D> force{law.tension == Tension::clipped ? pressing : whole,
+                              (slides ? limit / length : 1.0) * trial,
+                              slides};
+  spring = chosen(slides, (-1.0 / tangential_stiffness) * force.tangential, stretched);
   return force;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "sim/contact_batch.h"
+
 namespace graintruth::sim {
 namespace {
 
@@ -37,11 +39,32 @@ void keep_springs(const ContactList<D>& old_list, ContactList<D>& new_list) {
   }
 }
 
+// The row after the last contact of a batch is written ahead.
+constexpr int kLargestRange = kBatchRows - 1;
+
+void add_to_ranges(int begin, int end, std::vector<CandidateRange>& ranges) {
+  const auto fits = [&](const CandidateRange& range) {
+    return !range.is_part && range.end - range.begin < kCandidatesInRange &&
+           end - range.begin <= kLargestRange;
+  };
+  if (end - begin > kLargestRange) {
+    for (int part = begin; part < end; part += kLargestRange) {
+      ranges.push_back({part, std::min(part + kLargestRange, end), true});
+    }
+  } else if (!ranges.empty() && fits(ranges.back())) {
+    ranges.back().end = end;
+  } else {
+    ranges.push_back({begin, end, false});
+  }
+}
+
 }  // namespace
 
 template <int D>
 void ContactList<D>::clear() {
   groups.clear();
+  ranges.clear();
+  group_of.clear();
   first_sphere.clear();
   second_sphere.clear();
   reach.clear();
@@ -58,6 +81,16 @@ void ContactList<D>::add(int first, int second, double sum_of_radii, double fact
   stiffness_factor.push_back(factor);
   spring.push_back(Motion<D>::no_tangent());
   is_touching.push_back(0);
+}
+
+template <int D>
+void ContactList<D>::close_group(int first, int second, int pair, double reduced_mass) {
+  const int begin = groups.empty() ? 0 : groups.back().end;
+  const int end = count();
+  if (end == begin) return;
+  add_to_ranges(begin, end, ranges);
+  group_of.resize(end, static_cast<int>(groups.size()));
+  groups.push_back({first, second, begin, end, pair, reduced_mass});
 }
 
 template <int D>
@@ -82,25 +115,25 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
                                   int material_count,
                                   double margin) {
   new_between_.clear();
-  find_near_pairs<D>(bodies.position, bodies.bounding_radius, margin, cells_, near_);
+  centres_.resize(bodies.motion.size());
+  for (int i = 0; i < bodies.count(); ++i) centres_[i] = to_eigen(bodies.motion[i].position);
+  find_near_pairs<D>(centres_, bodies.bounding_radius, margin, cells_, near_);
   for (const IndexPair& near : near_) {
     const int i = near.first, j = near.second;
-    const int begin = new_between_.count();
     const int pair = bodies.material[i] * material_count + bodies.material[j];
     const double modulus = pairs[pair].normal_modulus;
     for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
       for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
         const double rs = bodies.sphere_radius[s], rt = bodies.sphere_radius[t];
         const double far = rs + rt + margin;
-        if ((bodies.sphere_position[t] - bodies.sphere_position[s]).squaredNorm() >= far * far)
-          continue;
+        const auto apart = bodies.sphere_position[t] - bodies.sphere_position[s];
+        if (dot(apart, apart) >= far * far) continue;
         // 1/R* = 1/R1 + 1/R2 (thesis 1.4)
         new_between_.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
       }
     }
-    const int end = new_between_.count();
-    const double reduced = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
-    if (end > begin) new_between_.groups.push_back({i, j, begin, end, pair, reduced});
+    new_between_.close_group(
+        i, j, pair, bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]));
   }
 }
 
@@ -114,22 +147,20 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
   wall_boxes_.clear();
   for (const Wall& wall : walls) wall_boxes_.push_back(box_of(wall));
   for (int i = 0; i < bodies.count(); ++i) {
-    const Vec3 centre = to_space(bodies.position[i], bodies.layer);
+    const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
     for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
       const double reach = bodies.bounding_radius[i] + margin;
       if (wall_boxes_[w].distance_bound(centre) >= reach) continue;
       if (look_at(walls[w], centre).distance >= reach) continue;
-      const int begin = new_walls_.count();
       const int pair = bodies.material[i] * material_count + walls[w].material;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const double radius = bodies.sphere_radius[s];
-        const Vec3 point = to_space(bodies.sphere_position[s], bodies.layer);
+        const Vec3 point = to_space(to_eigen(bodies.sphere_position[s]), bodies.layer);
         if (look_at(walls[w], point).distance >= radius + margin) continue;
         // R* = R1 at a flat wall
         new_walls_.add(s, 0, radius, 2.0 * pairs[pair].normal_modulus * std::sqrt(radius));
       }
-      const int end = new_walls_.count();
-      if (end > begin) new_walls_.groups.push_back({i, w, begin, end, pair, bodies.mass[i]});
+      new_walls_.close_group(i, w, pair, bodies.mass[i]);
     }
   }
 }

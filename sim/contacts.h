@@ -20,9 +20,21 @@ struct ContactGroup {
   double reduced_mass;  // kg; a wall's partner has its own mass
 };
 
+// Candidates [begin, end) that are gathered into one batch: whole groups, or a part of a group that
+// is too large for a batch.
+struct CandidateRange {
+  int begin, end;
+  bool is_part;
+};
+
+// A range is closed when it holds this many candidates; those of one more group may come on top.
+constexpr int kCandidatesInRange = 64;
+
 template <int D>
 struct ContactList {
   std::vector<ContactGroup> groups;
+  std::vector<CandidateRange> ranges;
+  std::vector<int> group_of;
   std::vector<int> first_sphere;
   std::vector<int> second_sphere;        // 0 with walls
   std::vector<double> reach;             // m; sum of the radii
@@ -32,11 +44,10 @@ struct ContactList {
 
   void clear();
   void add(int first, int second, double sum_of_radii, double factor);
+  // Makes a group of the candidates added since the last one, if there are any.
+  void close_group(int first, int second, int pair, double reduced_mass);
   int count() const { return static_cast<int>(reach.size()); }
 };
-
-// Of every pair of materials, by index first * materials + second.
-using PairTable = std::vector<PairMaterial>;
 
 // Fills both lists with everything closer than `margin` (m); springs of contacts in the old lists
 // are kept. The old lists are overwritten with the new ones.
@@ -63,6 +74,7 @@ class ContactSearch {
                   double margin);
 
   CellList cells_;
+  std::vector<Vec<D>> centres_;
   std::vector<IndexPair> near_;
   std::vector<Box> wall_boxes_;
   ContactList<D> new_between_, new_walls_;

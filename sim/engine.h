@@ -11,6 +11,7 @@
 #include "sim/forces.h"
 #include "sim/integrate.h"
 #include "sim/simulation.h"
+#include "sim/snapshot.h"
 
 namespace graintruth::sim {
 
@@ -34,6 +35,11 @@ class Engine {
   void open_wall(int wall, double time);
   void clear_velocities();
 
+  // Everything that decides how this engine goes on. Putting it back needs an engine of the same
+  // bodies and walls; throws std::invalid_argument when they are others.
+  void save(Snapshot& snapshot) const;
+  void restore(const Snapshot& snapshot);
+
   double time() const { return time_; }
   double time_step() const { return factors_.time_step; }
   std::int64_t contact_steps() const { return contact_steps_; }
@@ -48,13 +54,15 @@ class Engine {
   std::uint64_t state_hash() const;
 
  private:
-  template <class Visitor>
-  void add_forces(Visitor& visit);
-  template <bool Clipped, class Visitor>
-  int add_forces_of_law(Visitor& visit);
+  template <class Observer>
+  void add_forces(Observer& observe);
+  template <class Law, class Observer>
+  int add_forces_of_law(const Law& law, Observer& observe);
   void start();
   void find_contacts();
   void find_contacts_if_moved();
+  double fitting_skin() const;
+  void narrow_skin();
   double largest_displacement() const;
   void move_walls_to(double time);
   void set_surface(int wall, double middle, double time);
@@ -62,13 +70,13 @@ class Engine {
   void clear_wall_forces();
   bool integrate();
   std::string describe_overlap() const;
+  std::string describe_move() const;
 
   SimulationOptions options_;
   Vec<D> gravity_;
   PairTable pairs_;
   int material_count_ = 0;
   Bodies<D> bodies_;
-  std::vector<double> reach_squared_;  // m2; largest distance of a surface point from the centre
   std::vector<Wall> walls_at_rest_, walls_;
   std::vector<WallSurface<D>> wall_surfaces_;
   std::vector<int> moving_walls_;     // that move, drag or open: of a mesh most do not
@@ -76,23 +84,26 @@ class Engine {
   bool loaded_walls_are_old_ = true;  // the candidates have changed since
   ContactSearch<D> search_;
   ContactList<D> between_, with_walls_;
-  std::vector<Touch<D>> touches_;
+  ContactBatch<D> batch_;
 
   double time_ = 0.0;
   StepFactors factors_;
   double global_damping_ = 0.0;
-  double slip_time_ = 0.0;     // s; length of the step that brought the bodies here
-  double largest_move_ = 0.0;  // m a step
-  double skin_ = 0.0;
-  double travel_ = 0.0;       // m; bound on the path of any surface point since the last search
-  double wall_travel_ = 0.0;  // m; the same for walls
-  std::vector<Vec<D>> searched_position_;
+  double slip_time_ = 0.0;  // s; length of the step that brought the bodies here
+  StepLimit limit_;
+  double smallest_radius_ = 0.0;  // m
+  double skin_ = 0.0;             // m
+  double travel_ = 0.0;           // m; bound on the path of any surface point since the last search
+  double wall_travel_ = 0.0;      // m; the same for walls
+  std::vector<typename Motion<D>::Vector> searched_position_;
   typename TurnsOf<D>::type searched_turns_;
 
   OverlapTrouble overlap_trouble_;
   std::string trouble_;
   std::int64_t contact_steps_ = 0;
   std::int64_t searches_ = 0;
+  std::int64_t steps_ = 0;
+  std::int64_t searched_at_step_ = 0;
   double damping_loss_ = 0.0;  // J
   double tangential_work_ =
       0.0;                  // J; taken out of the motion by tangential forces, stored part included

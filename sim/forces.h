@@ -1,41 +1,19 @@
 // Forces of all touching contacts, group by group: body pair after body pair, then body and wall.
+// Contacts are gathered into batches, the law runs over each batch, and its forces go to the bodies
+// in the order of the groups, so that the same bits come out however the batches fall.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
-#include "sim/contact_law.h"
+#include "sim/contact_kernel.h"
 #include "sim/contacts.h"
 
 namespace graintruth::sim {
 
-// One touching candidate, before the law is applied.
-template <int D>
-struct Touch {
-  int candidate;
-  double overlap;    // m
-  double stiffness;  // N/m; tangent
-  Vec<D> normal;     // unit, from first to second
-};
-
-// Everything about one contact after the law: what an observer may see.
-template <int D>
-struct ContactEvent {
-  const ContactGroup* group;
-  int candidate;
-  bool with_wall;
-  const Touch<D>* touch;
-  const PairMaterial* pair;
-  const SurfaceMotion<D>* motion;
-  const ContactForce<D>* force;
-  typename Motion<D>::Tangent spring;  // m
-};
-
 // What the force loop needs besides bodies and contacts.
-template <int D>
 struct ForceSetting {
   const PairTable* pairs;
-  DampingSharing sharing;
   double slip_time;        // s; how long the half-step velocities have moved the bodies
   double largest_overlap;  // share of the smaller radius above which the run is no longer trusted
 };
@@ -49,11 +27,20 @@ struct OverlapTrouble {
   double overlap = 0.0;  // m
 };
 
-// Visitors of the loop. `commits`: springs are carried on and forces are summed.
+// What an observer of the loop sees of a batch after the law.
+template <int D>
+struct BatchView {
+  const ContactBatch<D>& batch;
+  const ContactList<D>& list;
+  const PairTable& pairs;
+  bool with_walls;
+};
+
+// Observers of the loop. `commits`: springs are carried on and forces are summed.
 struct StepOnly {
   static constexpr bool commits = true;
   template <int D>
-  void operator()(const ContactEvent<D>&) const {}
+  void operator()(const BatchView<D>&) const {}
 };
 
 // The surface of the wall, as a body without mass of its own: at p its velocity is
@@ -72,112 +59,6 @@ struct WallSurface {
 
 namespace detail {
 
-// Applies the law to the touches of one group. WithWall: the second body is a wall.
-template <int D, bool Clipped, bool WithWall, class Visitor>
-inline void apply_group(const ContactGroup& group,
-                        const std::vector<Touch<D>>& touches,
-                        int touch_count,
-                        double sum_of_stiffness,
-                        const ForceSetting<D>& setting,
-                        ContactList<D>& list,
-                        Bodies<D>& bodies,
-                        WallSurface<D>* wall,
-                        Visitor& visit) {
-  using Tangent = typename Motion<D>::Tangent;
-  const PairMaterial& pair = (*setting.pairs)[group.pair];
-  const int a = group.first;
-  const int b = group.second;
-  const Vec<D> position_a = bodies.position[a];
-  Vec<D> force_on_a = Vec<D>::Zero();
-  auto torque_on_a = Motion<D>::no_spin();
-  auto torque_on_b = Motion<D>::no_spin();
-  for (int k = 0; k < touch_count; ++k) {
-    const Touch<D>& touch = touches[k];
-    const int c = touch.candidate;
-    const Vec<D>& n = touch.normal;
-
-    // 1. Relative motion of the two surfaces at the contact point, x1 + (R1 - overlap/2) n
-    const int sphere_a = list.first_sphere[c];
-    const double reach_a = bodies.sphere_radius[sphere_a] - 0.5 * touch.overlap;
-    const Vec<D> lever_a = bodies.sphere_position[sphere_a] - position_a + reach_a * n;
-    Vec<D> lever_b = Vec<D>::Zero();
-    Vec<D> moved = -bodies.velocity[a] - spin_velocity(bodies.spin[a], lever_a);
-    Vec<D> moving = -bodies.velocity_now[a] - spin_velocity(bodies.spin_now[a], lever_a);
-    if constexpr (WithWall) {
-      moved += wall->velocity;
-      moving += wall->velocity_now;
-      if (wall->turns) {
-        const Vec<D> point = position_a + lever_a;
-        moved += spin_velocity(wall->spin, point);
-        moving += spin_velocity(wall->spin_now, point);
-      }
-    } else {
-      lever_b = lever_a + position_a - bodies.position[b];
-      moved += bodies.velocity[b] + spin_velocity(bodies.spin[b], lever_b);
-      moving += bodies.velocity_now[b] + spin_velocity(bodies.spin_now[b], lever_b);
-    }
-    SurfaceMotion<D> motion;
-    motion.normal_speed = moving.dot(n);
-    motion.tangential = tangential_part(moving, n, motion.normal_speed);
-    // A contact that is new has, on average, existed for half of the step
-    const double slip_time = list.is_touching[c] ? setting.slip_time : 0.5 * setting.slip_time;
-    motion.slip = slip_time * tangential_part(moved, n, moved.dot(n));
-
-    // 2. Contact law
-    const double dashpot = dashpot_per_stiffness(setting.sharing,
-                                                 pair.normal_damping,
-                                                 group.reduced_mass,
-                                                 sum_of_stiffness,
-                                                 touch.stiffness,
-                                                 touch_count);
-    Tangent spring = list.is_touching[c] ? list.spring[c] : Motion<D>::no_tangent();
-    const ContactForce<D> force =
-        contact_force<D, Clipped>(pair, motion, n, touch.overlap, touch.stiffness, dashpot, spring);
-
-    // 3. Action and reaction
-    visit(ContactEvent<D>{&group, c, WithWall, &touch, &pair, &motion, &force, spring});
-    if constexpr (Visitor::commits) {
-      list.spring[c] = spring;
-      list.is_touching[c] = 1;
-      const Vec<D> on_b = force.normal * n + as_vector(force.tangential, n);
-      force_on_a -= on_b;
-      torque_on_a -= moment(lever_a, on_b);
-      if constexpr (WithWall) {
-        if (wall->turns) wall->torque += moment(Vec<D>(position_a + lever_a), on_b);
-      } else {
-        torque_on_b += moment(lever_b, on_b);
-      }
-    }
-  }
-  if constexpr (Visitor::commits) {
-    bodies.force[a] += force_on_a;
-    bodies.torque[a] += torque_on_a;
-    if constexpr (WithWall) {
-      wall->force -= force_on_a;
-    } else {
-      bodies.force[b] -= force_on_a;
-      bodies.torque[b] += torque_on_b;
-    }
-  }
-}
-
-// Whether the rim of a wall at which a sphere touches is part of another wall that has the contact.
-// That wall is among the candidates of the same body, whose groups begin at `first_of_body`.
-inline bool edge_belongs_to_another(const std::vector<Wall>& walls,
-                                    const std::vector<ContactGroup>& groups,
-                                    std::size_t first_of_body,
-                                    int wall,
-                                    const Vec3& centre) {
-  const int body = groups[first_of_body].first;
-  for (std::size_t g = first_of_body; g < groups.size() && groups[g].first == body; ++g) {
-    const int other = groups[g].second;
-    if (other != wall && edge_belongs_to(walls[other], other < wall, walls[wall], centre)) {
-      return true;
-    }
-  }
-  return false;
-}
-
 inline void note_overlap(double overlap,
                          const ContactGroup& group,
                          bool wall,
@@ -186,100 +67,317 @@ inline void note_overlap(double overlap,
   trouble = {true, group.first, group.second, wall, overlap};
 }
 
+// How the surface of the second partner moves relative to the first body, per contact.
+template <int D>
+inline void gather_motion(int k,
+                          const BodyMotion<D>& first,
+                          typename Motion<D>::Vector moved,
+                          typename Motion<D>::Vector moving,
+                          typename Motion<D>::Tangent spin,
+                          typename Motion<D>::Tangent spin_now,
+                          ContactBatch<D>& batch) {
+  batch.moved.at_centre.set(k, moved - plain(first.velocity));
+  batch.moving.at_centre.set(k, moving - plain(first.velocity_now));
+  batch.moved.spin.set(k, spin - plain(first.spin));
+  batch.moving.spin.set(k, spin_now - plain(first.spin_now));
+}
+
+// Columns that do not depend on whether the partner is a body or a wall.
+template <int D>
+inline void gather_contact(int k,
+                           const ForceSetting& setting,
+                           const ContactList<D>& list,
+                           const ContactGroup& group,
+                           const Bodies<D>& bodies,
+                           ContactBatch<D>& batch) {
+  const int c = batch.candidate[k];
+  const int sphere = list.first_sphere[c];
+  const bool is_old = batch.was_touching[k] != 0;
+  batch.pair[k] = group.pair;
+  batch.reduced_mass.set(k, group.reduced_mass);
+  batch.reach.set(k, list.reach[c]);
+  batch.stiffness_factor.set(k, list.stiffness_factor[c]);
+  batch.radius.set(k, bodies.sphere_radius[sphere]);
+  batch.arm.set(k,
+                plain(bodies.sphere_position[sphere]) - plain(bodies.motion[group.first].position));
+  // A contact that is new has, on average, existed for half of the step
+  batch.slip_time.set(k, is_old ? setting.slip_time : 0.5 * setting.slip_time);
+  batch.spring.set(k, chosen(is_old, list.spring[c], Motion<D>::no_tangent()));
+}
+
+// Which candidates of the range touch: the row of one that does not is written over by the next.
+// Without a branch, since nobody can foretell the outcome.
+template <int D, bool Commits>
+void gather_touching_pairs(const CandidateRange& range,
+                           ContactList<D>& list,
+                           const Bodies<D>& bodies,
+                           ContactBatch<D>& batch) {
+  const auto* centres = bodies.sphere_position.data();
+  int rows = 0;
+  for (int c = range.begin; c < range.end; ++c) {
+    const auto apart = plain(centres[list.second_sphere[c]]) - plain(centres[list.first_sphere[c]]);
+    const double squared = dot(apart, apart);
+    const int touches = squared < list.reach[c] * list.reach[c] ? 1 : 0;
+    // The second body is anywhere in memory; it is asked for early
+    __builtin_prefetch(&bodies.motion[list.groups[list.group_of[c]].second]);
+    batch.candidate[rows] = c;
+    batch.was_touching[rows] = list.is_touching[c];
+    batch.apart.set(rows, apart);
+    batch.distance_squared.set(rows, squared);
+    if constexpr (Commits) list.is_touching[c] = touches;
+    rows += touches;
+  }
+  batch.count = rows;
+}
+
+// Length of the longest run of rows of one group.
+template <int D>
+int longest_group_of(const ContactBatch<D>& batch) {
+  int length = 0, longest = 0;
+  for (int k = 0; k < batch.count; ++k) {
+    length = k > 0 && batch.group[k] == batch.group[k - 1] ? length + 1 : 1;
+    longest = std::max(longest, length);
+  }
+  return longest;
+}
+
+template <int D, bool Commits>
+void gather_pairs(const ForceSetting& setting,
+                  const CandidateRange& range,
+                  ContactList<D>& list,
+                  const Bodies<D>& bodies,
+                  ContactBatch<D>& batch) {
+  gather_touching_pairs<D, Commits>(range, list, bodies, batch);
+  for (int k = 0; k < batch.count; ++k) {
+    const int g = list.group_of[batch.candidate[k]];
+    const ContactGroup& group = list.groups[g];
+    const BodyMotion<D>& first = bodies.motion[group.first];
+    const BodyMotion<D>& second = bodies.motion[group.second];
+    // The second body's motion where the first one's centre is
+    const auto offset = plain(first.position) - plain(second.position);
+    const auto spin = plain(second.spin), spin_now = plain(second.spin_now);
+    batch.group[k] = g;
+    batch.offset.set(k, offset);
+    gather_motion<D>(k,
+                     first,
+                     plain(second.velocity) + spin_velocity(spin, offset),
+                     plain(second.velocity_now) + spin_velocity(spin_now, offset),
+                     spin,
+                     spin_now,
+                     batch);
+    gather_contact(k, setting, list, group, bodies, batch);
+  }
+  batch.longest_group = longest_group_of(batch);
+  find_geometry(batch);
+}
+
+// Whether the rim of a wall at which a sphere touches is part of another wall that has the contact.
+// That wall is among the candidates of the same body, whose groups lie side by side.
+inline bool edge_belongs_to_another(const std::vector<Wall>& walls,
+                                    const std::vector<ContactGroup>& groups,
+                                    int group,
+                                    const Vec3& centre) {
+  const int body = groups[group].first, wall = groups[group].second;
+  int first = group;
+  while (first > 0 && groups[first - 1].first == body) --first;
+  for (std::size_t g = first; g < groups.size() && groups[g].first == body; ++g) {
+    const int other = groups[g].second;
+    if (other != wall && edge_belongs_to(walls[other], other < wall, walls[wall], centre)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// The same for spheres at walls, which are where `walls` says.
+template <int D, bool Commits>
+void gather_walls(const ForceSetting& setting,
+                  const CandidateRange& range,
+                  const std::vector<Wall>& walls,
+                  const std::vector<WallSurface<D>>& surfaces,
+                  ContactList<D>& list,
+                  const Bodies<D>& bodies,
+                  ContactBatch<D>& batch) {
+  batch.count = 0;
+  for (int c = range.begin; c < range.end; ++c) {
+    const int g = list.group_of[c];
+    const ContactGroup& group = list.groups[g];
+    const Vec3 centre =
+        to_space(to_eigen(bodies.sphere_position[list.first_sphere[c]]), bodies.layer);
+    const WallView view = look_at(walls[group.second], centre);
+    const double overlap = list.reach[c] - view.distance;
+    const bool touches =
+        overlap > 0.0 && !(view.is_edge && edge_belongs_to_another(walls, list.groups, g, centre));
+    const int was_touching = list.is_touching[c];
+    if constexpr (Commits) list.is_touching[c] = touches ? 1 : 0;
+    if (!touches) continue;
+    const int k = batch.count++;
+    const WallSurface<D>& surface = surfaces[group.second];
+    batch.candidate[k] = c;
+    batch.was_touching[k] = was_touching;
+    batch.group[k] = g;
+    batch.overlap.set(k, overlap);
+    batch.normal.set(k, plain(to_motion<D>(view.direction)));
+    batch.stiffness.set(k, hertz_stiffness(list.stiffness_factor[c], overlap));
+    const auto spin = plain(surface.spin), spin_now = plain(surface.spin_now);
+    const auto first_centre = plain(bodies.motion[group.first].position);
+    gather_motion<D>(k,
+                     bodies.motion[group.first],
+                     plain(surface.velocity) + spin_velocity(spin, first_centre),
+                     plain(surface.velocity_now) + spin_velocity(spin_now, first_centre),
+                     spin,
+                     spin_now,
+                     batch);
+    gather_contact(k, setting, list, group, bodies, batch);
+  }
+  batch.longest_group = longest_group_of(batch);
+}
+
+// Sums over a group that is spread over several batches. `gather` fills a batch without committing
+// anything.
+template <int D, class Gather>
+void sum_spread_group(const ContactGroup& group, const Gather& gather, ContactBatch<D>& batch) {
+  double stiffness = 0.0, number = 0.0;
+  for (int begin = group.begin; begin < group.end; begin += kBatchRows - 1) {
+    gather(CandidateRange{begin, std::min(begin + kBatchRows - 1, group.end), true});
+    for (int k = 0; k < batch.count; ++k) stiffness += batch.stiffness.at(k);
+    number += batch.count;
+  }
+  batch.sum_of_stiffness.value.fill(stiffness);
+  batch.contact_count.value.fill(number);
+}
+
+// Looks for overlaps that are too deep. R* <= smaller radius <= 2 R*, and reach >= 2 smaller
+// radius: most contacts are cleared by a cheap bound on overlap / radius.
+template <int D>
+void look_for_deep_overlap(const ForceSetting& setting,
+                           const ContactList<D>& list,
+                           const Bodies<D>& bodies,
+                           const ContactBatch<D>& batch,
+                           bool with_walls,
+                           OverlapTrouble& trouble) {
+  int suspects = 0;
+  for (int k = 0; k < batch.count; ++k) {
+    suspects += batch.overlap.at(k) > 0.5 * setting.largest_overlap * batch.reach.at(k) ? 1 : 0;
+  }
+  if (suspects == 0) return;
+  for (int k = 0; k < batch.count; ++k) {
+    double smaller = batch.radius.at(k);
+    if (!with_walls) {
+      const int sphere = list.second_sphere[batch.candidate[k]];
+      smaller = std::min(smaller, bodies.sphere_radius[sphere]);
+    }
+    if (batch.overlap.at(k) > setting.largest_overlap * smaller) {
+      note_overlap(batch.overlap.at(k), list.groups[batch.group[k]], with_walls, trouble);
+    }
+  }
+}
+
+template <int D>
+void keep_springs_of(const ContactBatch<D>& batch, ContactList<D>& list) {
+  for (int k = 0; k < batch.count; ++k) list.spring[batch.candidate[k]] = batch.spring.at(k);
+}
+
+// Action and reaction.
+template <int D>
+void load_bodies(const ContactBatch<D>& batch, const ContactList<D>& list, Bodies<D>& bodies) {
+  Load<D>* loads = bodies.load.data();
+  for (int k = 0; k < batch.count; ++k) {
+    const ContactGroup& group = list.groups[batch.group[k]];
+    Load<D>& first = loads[group.first];
+    Load<D>& second = loads[group.second];
+    const auto force = batch.force.at(k);
+    first.force = first.force - force;
+    first.torque = first.torque - batch.moment.at(k);
+    second.force = second.force + force;
+    second.torque = second.torque + batch.second_moment.at(k);
+  }
+}
+
+template <int D>
+void load_walls(const ContactBatch<D>& batch,
+                const ContactList<D>& list,
+                Bodies<D>& bodies,
+                std::vector<WallSurface<D>>& surfaces) {
+  for (int k = 0; k < batch.count; ++k) {
+    const ContactGroup& group = list.groups[batch.group[k]];
+    Load<D>& first = bodies.load[group.first];
+    first.force = first.force - batch.force.at(k);
+    first.torque = first.torque - batch.moment.at(k);
+    WallSurface<D>& surface = surfaces[group.second];
+    const auto force = batch.force.at(k);
+    surface.force += to_eigen(force);
+    if (surface.turns) {
+      const auto first_centre = plain(bodies.motion[group.first].position);
+      surface.torque += to_eigen(batch.moment.at(k) + moment(first_centre, force));
+    }
+  }
+}
+
 }  // namespace detail
 
 // Adds the force of every touching pair of bodies to both; returns how many contacts there are.
 // Linear in candidates; allocates nothing.
-template <int D, bool Clipped, class Visitor>
-int add_pair_forces(const ForceSetting<D>& setting,
+template <int D, class Law, class Observer>
+int add_pair_forces(const Law& law,
+                    const ForceSetting& setting,
                     ContactList<D>& list,
                     Bodies<D>& bodies,
-                    std::vector<Touch<D>>& touches,
+                    ContactBatch<D>& batch,
                     OverlapTrouble& trouble,
-                    Visitor& visit) {
+                    Observer& observe) {
   int contact_count = 0;
-  for (const ContactGroup& group : list.groups) {
-    // 1. Which candidates touch: overlap = R1 + R2 - distance (thesis 1.30-1.33)
-    int touch_count = 0;
-    double sum_of_stiffness = 0.0;
-    for (int c = group.begin; c < group.end; ++c) {
-      const Vec<D> apart = bodies.sphere_position[list.second_sphere[c]] -
-                           bodies.sphere_position[list.first_sphere[c]];
-      const double squared = apart.squaredNorm();
-      const double reach = list.reach[c];
-      if (squared >= reach * reach) {
-        if constexpr (Visitor::commits) list.is_touching[c] = 0;
-        continue;
-      }
-      const double distance = std::sqrt(squared);
-      const double overlap = reach - distance;
-      // R* <= smaller radius <= 2 R*, and reach >= 2 smaller radius: a cheap bound on overlap /
-      // radius
-      if (overlap > 0.5 * setting.largest_overlap * reach) {
-        const double smaller = std::min(bodies.sphere_radius[list.first_sphere[c]],
-                                        bodies.sphere_radius[list.second_sphere[c]]);
-        if (overlap > setting.largest_overlap * smaller) {
-          detail::note_overlap(overlap, group, false, trouble);
-        }
-      }
-      const double stiffness = hertz_stiffness(list.stiffness_factor[c], overlap);
-      sum_of_stiffness += stiffness;
-      touches[touch_count++] = {c, overlap, stiffness, apart * (1.0 / distance)};
+  for (const CandidateRange& range : list.ranges) {
+    if (range.is_part) {
+      const auto look = [&](const CandidateRange& part) {
+        detail::gather_pairs<D, false>(setting, part, list, bodies, batch);
+      };
+      detail::sum_spread_group(list.groups[list.group_of[range.begin]], look, batch);
     }
-    if (touch_count == 0) continue;
-    contact_count += touch_count;
-    // 2. Law and sum
-    detail::apply_group<D, Clipped, false>(
-        group, touches, touch_count, sum_of_stiffness, setting, list, bodies, nullptr, visit);
+    detail::gather_pairs<D, Observer::commits>(setting, range, list, bodies, batch);
+    if (!range.is_part) sum_groups(batch);
+    detail::look_for_deep_overlap(setting, list, bodies, batch, false, trouble);
+    apply_law(law, *setting.pairs, batch);
+    observe(BatchView<D>{batch, list, *setting.pairs, false});
+    if constexpr (Observer::commits) {
+      detail::keep_springs_of(batch, list);
+      detail::load_bodies(batch, list, bodies);
+    }
+    contact_count += batch.count;
   }
   return contact_count;
 }
 
 // The same for every sphere that touches a wall. `walls` are where they are now.
-template <int D, bool Clipped, class Visitor>
-int add_wall_forces(const ForceSetting<D>& setting,
+template <int D, class Law, class Observer>
+int add_wall_forces(const Law& law,
+                    const ForceSetting& setting,
                     const std::vector<Wall>& walls,
                     std::vector<WallSurface<D>>& surfaces,
                     ContactList<D>& list,
                     Bodies<D>& bodies,
-                    std::vector<Touch<D>>& touches,
+                    ContactBatch<D>& batch,
                     OverlapTrouble& trouble,
-                    Visitor& visit) {
+                    Observer& observe) {
   int contact_count = 0;
-  std::size_t first_of_body = 0;
-  for (std::size_t g = 0; g < list.groups.size(); ++g) {
-    const ContactGroup& group = list.groups[g];
-    if (group.first != list.groups[first_of_body].first) first_of_body = g;
-    int touch_count = 0;
-    double sum_of_stiffness = 0.0;
-    for (int c = group.begin; c < group.end; ++c) {
-      const Vec3 centre = to_space(bodies.sphere_position[list.first_sphere[c]], bodies.layer);
-      const WallView view = look_at(walls[group.second], centre);
-      const double overlap = list.reach[c] - view.distance;
-      if (!(overlap > 0.0) ||
-          (view.is_edge && detail::edge_belongs_to_another(
-                               walls, list.groups, first_of_body, group.second, centre))) {
-        if constexpr (Visitor::commits) list.is_touching[c] = 0;
-        continue;
-      }
-      if (overlap > setting.largest_overlap * list.reach[c]) {
-        detail::note_overlap(overlap, group, true, trouble);
-      }
-      const double stiffness = hertz_stiffness(list.stiffness_factor[c], overlap);
-      sum_of_stiffness += stiffness;
-      touches[touch_count++] = {c, overlap, stiffness, to_motion<D>(view.direction)};
+  for (const CandidateRange& range : list.ranges) {
+    if (range.is_part) {
+      const auto look = [&](const CandidateRange& part) {
+        detail::gather_walls<D, false>(setting, part, walls, surfaces, list, bodies, batch);
+      };
+      detail::sum_spread_group(list.groups[list.group_of[range.begin]], look, batch);
     }
-    if (touch_count == 0) continue;
-    contact_count += touch_count;
-    detail::apply_group<D, Clipped, true>(group,
-                                          touches,
-                                          touch_count,
-                                          sum_of_stiffness,
-                                          setting,
-                                          list,
-                                          bodies,
-                                          &surfaces[group.second],
-                                          visit);
+    detail::gather_walls<D, Observer::commits>(
+        setting, range, walls, surfaces, list, bodies, batch);
+    if (!range.is_part) sum_groups(batch);
+    detail::look_for_deep_overlap(setting, list, bodies, batch, true, trouble);
+    apply_law(law, *setting.pairs, batch);
+    observe(BatchView<D>{batch, list, *setting.pairs, true});
+    if constexpr (Observer::commits) {
+      detail::keep_springs_of(batch, list);
+      detail::load_walls(batch, list, bodies, surfaces);
+    }
+    contact_count += batch.count;
   }
   return contact_count;
 }

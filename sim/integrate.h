@@ -1,4 +1,4 @@
-// One leapfrog step of a rigid body, in the layer or in space.
+// One leapfrog step of rigid bodies, in the layer or in space.
 #pragma once
 
 #include "sim/bodies.h"
@@ -20,113 +20,47 @@ inline StepFactors step_factors(double time_step, double global_damping) {
   return {time_step, 0.5 * time_step, (1.0 - loss) / (1.0 + loss), time_step / (1.0 + loss)};
 }
 
-// Velocity half a step on, not yet committed.
-template <int D>
-struct NextVelocity {
-  Vec<D> acceleration;  // m/s2
-  Vec<D> velocity;      // m/s
+// How far the surface of a body may come in one step, and how far its accelerations take it.
+struct StepLimit {
+  double move = 0.0;  // m
+  double turn = 0.2;  // rad; up to here the series for sine and cosine are exact to round-off
+};
+struct StepBound {
+  double largest_move = 0.0;  // m; no surface point goes farther
+  int suspects = 0;           // bodies that may exceed the limit, or whose motion is not finite
 };
 
-//   a = f/m + g,  v(N+1/2) = v(N-1/2) + a dt   (thesis 2.11, 2.16)
-template <int D>
-inline NextVelocity<D> next_velocity(const Bodies<D>& bodies,
-                                     int i,
-                                     const Vec<D>& gravity,
-                                     const StepFactors& step) {
-  const Vec<D> acceleration = bodies.force[i] * bodies.inverse_mass[i] + gravity;
-  return {acceleration, bodies.velocity[i] * step.keep + acceleration * step.gain};
-}
+// Accelerations of all bodies under their loads:
+//   a = f/m + g                      (thesis 2.11)
+//   I dw/dt = M - w x (I w)          about principal axes (thesis 2.15 with w w in place of the
+//                                    accelerations); about y alone in the plane
+// The gyroscopic term takes w in the middle of the step, [w(N-1/2) + w(N+1/2)]/2, by fixed-point
+// iteration: without a moment both the energy and |L| are then kept to round-off. Moves nothing.
+StepBound find_accelerations(const Vec2& gravity,
+                             const StepFactors& step,
+                             const StepLimit& limit,
+                             Bodies<2>& bodies);
+StepBound find_accelerations(const Vec3& gravity,
+                             const StepFactors& step,
+                             const StepLimit& limit,
+                             Bodies<3>& bodies);
 
-// Commits it:  r(N+1) = r(N) + v(N+1/2) dt   (thesis 2.18); predicts the velocity at the new time.
-template <int D>
-inline void move(Bodies<D>& bodies, int i, const NextVelocity<D>& next, const StepFactors& step) {
-  bodies.acceleration[i] = next.acceleration;
-  bodies.velocity[i] = next.velocity;
-  bodies.velocity_now[i] = next.velocity + step.half * next.acceleration;
-  bodies.position[i] += next.velocity * step.time_step;
-}
+// Advances all bodies by one step and places their spheres:
+//   v(N+1/2) = v(N-1/2) + a dt,  r(N+1) = r(N) + v(N+1/2) dt   (thesis 2.16, 2.18)
+// and the same for spins, which turn the body through w dt. Velocities at the new time are
+// predicted from the accelerations.
+void advance(const StepFactors& step, Bodies<2>& bodies);
+void advance(const StepFactors& step, Bodies<3>& bodies);
 
-// Angular velocity half a step on, not yet committed.
-struct NextPlanarSpin {
-  double acceleration;  // rad/s2
-  double spin;          // rad/s
-  double squared() const { return spin * spin; }
+// Speed and spin that body i would have half a step on, m/s and rad/s.
+struct Speeds {
+  double linear, angular;
 };
-struct NextSpatialSpin {
-  Vec3 acceleration;  // rad/s2, body axes
-  Vec3 spin;          // rad/s, body axes
-  double squared() const { return spin.squaredNorm(); }
-};
+Speeds next_speeds(const StepFactors& step, const Bodies<2>& bodies, int i);
+Speeds next_speeds(const StepFactors& step, const Bodies<3>& bodies, int i);
 
-//   I dw/dt = M, about y
-inline NextPlanarSpin next_spin(const Bodies<2>& bodies, int i, const StepFactors& step) {
-  const double acceleration = bodies.torque[i] * bodies.inverse_inertia[i];
-  return {acceleration, bodies.spin[i] * step.keep + acceleration * step.gain};
-}
-
-// Euler's equations in body axes, I dw/dt = M - w x (I w) (thesis 2.15 with w w in place of the
-// accelerations). The gyroscopic term takes w in the middle, [w(N-1/2) + w(N+1/2)]/2, by
-// fixed-point iteration: without a moment both the energy and |L| are then kept to round-off.
-inline NextSpatialSpin next_spin(const Bodies<3>& bodies, int i, const StepFactors& step) {
-  constexpr int kIterations = 4;  // each gains a factor w dt, about 1e-2 or less
-  const Vec3& inertia = bodies.inertia[i];
-  const Vec3& inverse = bodies.inverse_inertia[i];
-  const Vec3& before = bodies.turns.spin_in_body[i];
-  const Vec3 torque = bodies.turns.world_from_body[i].conjugate() * bodies.torque[i];
-  const bool is_round = inertia.x() == inertia.y() && inertia.y() == inertia.z();
-  Vec3 acceleration = bodies.turns.acceleration_in_body[i];
-  if (is_round) {
-    acceleration = torque.cwiseProduct(inverse);
-  } else {
-    for (int k = 0; k < kIterations; ++k) {
-      const Vec3 middle = before + step.half * acceleration;
-      const Vec3 momentum = inertia.cwiseProduct(middle);
-      acceleration = (torque - middle.cross(momentum)).cwiseProduct(inverse);
-    }
-  }
-  return {acceleration, before * step.keep + acceleration * step.gain};
-}
-
-// Commits the spin and turns the body through spin dt; predicts the spin at the new time.
-inline void turn(Bodies<2>& bodies, int i, const NextPlanarSpin& next, const StepFactors& step) {
-  bodies.angular_acceleration[i] = next.acceleration;
-  bodies.spin[i] = next.spin;
-  bodies.spin_now[i] = next.spin + step.half * next.acceleration;
-  const double angle = next.spin * step.time_step;
-  bodies.turns.angle[i] += angle;
-  const SmallTurn small = small_turn(angle);
-  const Vec2 old = bodies.turns.direction[i];
-  const Vec2 turned(old.x() * small.cosine - old.y() * small.sine,
-                    old.y() * small.cosine + old.x() * small.sine);
-  // First-order renormalisation: the length is 1 to round-off already
-  bodies.turns.direction[i] = turned * (1.5 - 0.5 * turned.squaredNorm());
-}
-
-// q(N+1) = q(N) exp(w dt / 2), w in body axes
-inline void turn(Bodies<3>& bodies, int i, const NextSpatialSpin& next, const StepFactors& step) {
-  bodies.turns.acceleration_in_body[i] = next.acceleration;
-  bodies.turns.spin_in_body[i] = next.spin;
-  const double rate = next.spin.norm();
-  Quat& world_from_body = bodies.turns.world_from_body[i];
-  if (rate > 0.0) {
-    const SmallTurn half = small_turn(rate * step.half);
-    const Vec3 vector = next.spin * (half.sine / rate);
-    world_from_body = world_from_body * Quat(half.cosine, vector.x(), vector.y(), vector.z());
-    world_from_body.coeffs() *= 1.5 - 0.5 * world_from_body.squaredNorm();
-  }
-  bodies.spin[i] = world_from_body * next.spin;
-  bodies.spin_now[i] = world_from_body * Vec3(next.spin + step.half * next.acceleration);
-}
-
-// After a change of the time step: half-step velocities belong to the new half step.
-inline void shift_half_step(Bodies<2>& bodies, int i, double later) {
-  bodies.velocity[i] += later * bodies.acceleration[i];
-  bodies.spin[i] += later * bodies.angular_acceleration[i];
-}
-inline void shift_half_step(Bodies<3>& bodies, int i, double later) {
-  bodies.velocity[i] += later * bodies.acceleration[i];
-  bodies.turns.spin_in_body[i] += later * bodies.turns.acceleration_in_body[i];
-  bodies.spin[i] = bodies.turns.world_from_body[i] * bodies.turns.spin_in_body[i];
-}
+// After a change of the time step: the half-step velocities are those `later` (s).
+void shift_half_step(double later, Bodies<2>& bodies);
+void shift_half_step(double later, Bodies<3>& bodies);
 
 }  // namespace graintruth::sim

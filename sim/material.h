@@ -43,6 +43,9 @@ struct PairMaterial {
   double tangential_damping = 0.0;  // -; factor on the normal dashpot constant
 };
 
+// Of every pair of materials, by index first * materials + second.
+using PairTable = std::vector<PairMaterial>;
+
 //   1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2                     (thesis 1.5, Hertz 1882)
 //   1/G* = (2 - nu1)/G1 + (2 - nu2)/G2,  k_t/k_n = 4 G*/E*     (thesis 1.14, Mindlin and
 //   Deresiewicz 1953)

@@ -204,6 +204,19 @@ void Simulation::clear_velocities() {
   engines_->visit([](auto& engine) { engine.clear_velocities(); });
 }
 
+Snapshot Simulation::save() const {
+  Snapshot snapshot;
+  engines_->visit([&](const auto& engine) { engine.save(snapshot); });
+  snapshot.longest_time_step = engines_->longest_step;
+  return snapshot;
+}
+
+void Simulation::restore(const Snapshot& snapshot) {
+  engines_->visit([&](auto& engine) { engine.restore(snapshot); });
+  engines_->longest_step = snapshot.longest_time_step;
+  engines_->options.global_damping = snapshot.global_damping;
+}
+
 Energy Simulation::energy() const {
   return engines_->visit([](auto& engine) { return engine.energy(); });
 }

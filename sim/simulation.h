@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/scene.h"
+#include "sim/snapshot.h"
 #include "sim/state.h"
 #include "sim/time_step.h"
 
@@ -22,7 +23,7 @@ struct SimulationOptions {
   DampingSharing damping_sharing = DampingSharing::inv_sqrt_n;
   double tangential_damping = 1.0;  // -; tangential over normal damping ratio, 0 for none
   double global_damping = 0.0;      // 1/s; f of thesis 1.76-1.83, for settling
-  double skin = 0.0;  // m; how far apart candidates may be; 0 for a tenth of the smallest radius
+  double skin = 0.0;                // m; how far apart candidates may be; 0: follows the motion
   double largest_move =
       0.1;  // smallest radii a step, rotation of the ends included (thesis 2.5.5, 6.1-ii)
   double largest_overlap = 0.1;         // of the smaller radius
@@ -79,7 +80,8 @@ struct ContactReport {
 
 class Simulation {
  public:
-  // Throws std::invalid_argument when scene or options are unusable.
+  // Throws std::invalid_argument when scene or options are unusable, or when bodies start deeper in
+  // each other or in a wall than SimulationOptions::largest_overlap.
   explicit Simulation(const Scene& scene, const SimulationOptions& options = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -106,6 +108,12 @@ class Simulation {
   // Places more bodies; they get the next indices. What is in motion goes on, contacts included.
   // Throws std::invalid_argument as check(Scene) does.
   void add_bodies(const std::vector<Body>& bodies);
+
+  // Everything that decides how it goes on. A simulation of the same scene and options that has
+  // been put back to a snapshot goes on with the same bits, whatever it did before.
+  Snapshot save() const;
+  // Throws std::invalid_argument when the snapshot is of another scene.
+  void restore(const Snapshot& snapshot);
 
   Energy energy() const;
   std::vector<ContactReport> contacts() const;

@@ -113,7 +113,8 @@ double critical_time_step(const Scene& scene) { return time_step_limits(scene, 1
 double choose_time_step(const Scene& scene, const TimeStepOptions& options) {
   if (!(options.fraction > 0.0 && options.fraction <= 1.0)) {
     throw std::invalid_argument("TimeStepOptions: fraction is " + std::to_string(options.fraction) +
-                                ", must be above 0 and at most 1");
+                                ", must be above 0 and at most 1: a longer step than Rayleigh's is "
+                                "unstable");
   }
   if (!(options.impact_speed > 0.0 && options.steps_per_contact > 0.0 && options.largest >= 0.0)) {
     throw std::invalid_argument(

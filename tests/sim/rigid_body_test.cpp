@@ -45,15 +45,14 @@ TEST(OnePush, GivesTheSpeedsOfTheThesis) {
   scene.add_planar_body(type, Vec2::Zero(), 0.0);
   Bodies<2> bodies = make_bodies<2>(scene);
   const StepFactors step = step_factors(8.61e-6, 0.0);
-  const Vec2 push(0.0, 1000.0);
-  bodies.force[0] = push;
-  bodies.torque[0] = moment(Vec2(0.015, 0.0), push);
-  move(bodies, 0, next_velocity<2>(bodies, 0, Vec2::Zero(), step), step);
-  turn(bodies, 0, next_spin(bodies, 0, step), step);
-  EXPECT_NEAR(bodies.velocity[0].y() / (1000.0 * 8.61e-6 / 0.0243), 1.0, 1e-9);
-  EXPECT_NEAR(bodies.spin[0] / (15.0 * 8.61e-6 / 2.433e-5), 1.0, 1e-9);
-  EXPECT_NEAR(bodies.velocity[0].y(), 0.354321, 5e-7);
-  EXPECT_NEAR(bodies.spin[0], 5.30826, 5e-6);
+  const PlanarVector push{0.0, 1000.0};
+  bodies.load[0] = {push, moment(PlanarVector{0.015, 0.0}, push)};
+  find_accelerations(Vec2::Zero(), step, {}, bodies);
+  advance(step, bodies);
+  EXPECT_NEAR(bodies.motion[0].velocity.z / (1000.0 * 8.61e-6 / 0.0243), 1.0, 1e-9);
+  EXPECT_NEAR(bodies.motion[0].spin / (15.0 * 8.61e-6 / 2.433e-5), 1.0, 1e-9);
+  EXPECT_NEAR(bodies.motion[0].velocity.z, 0.354321, 5e-7);
+  EXPECT_NEAR(bodies.motion[0].spin, 5.30826, 5e-6);
 }
 
 Scene free_body(const Vec3& inertia, const Vec3& spin) {

@@ -92,19 +92,33 @@ TEST(Guard, TooFastABodyIsUnstable) {
   EXPECT_TRUE(simulation.state().velocity[0].allFinite());
 }
 
-TEST(Guard, DeepOverlapIsUnstable) {
-  Scene scene = one_ball(0.0);
-  scene.bodies[0].position.z() = 0.008;
-  const RunSummary summary = Simulation(scene).run_until(0.1);
-  EXPECT_EQ(summary.status, RunStatus::unstable);
-  EXPECT_NE(summary.message.find("wall 0"), std::string::npos) << summary.message;
+std::string refusal_of(const Scene& scene) {
+  try {
+    Simulation simulation(scene);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
 }
 
-TEST(Guard, CentreOnAWallDoesNotCrash) {
+TEST(Guard, DeepOverlapAtTheStartIsRefused) {
   Scene scene = one_ball(0.0);
-  scene.bodies[0].position.z() = 0.0;
-  Simulation simulation(scene);
-  EXPECT_EQ(simulation.run_until(0.1).status, RunStatus::unstable);
+  scene.bodies[0].position.z() = 0.0091;  // 9 % of the radius of 1 cm
+  EXPECT_EQ(refusal_of(scene), "");
+  for (const double height : {0.0089, 0.008, 0.0}) {
+    scene.bodies[0].position.z() = height;
+    EXPECT_NE(refusal_of(scene).find("body 0 overlaps wall 0"), std::string::npos) << height;
+  }
+}
+
+// A soft ball hits a wall: no step is too long, but the contact becomes too deep.
+TEST(Guard, DeepOverlapOnTheWayIsUnstable) {
+  Scene scene = one_ball(-2.0);
+  scene.materials[0].youngs_modulus = 1e5;
+  Simulation simulation(scene, {.time_step = {.largest = 1e-4}});
+  const RunSummary summary = simulation.run_until(0.1);
+  EXPECT_EQ(summary.status, RunStatus::unstable);
+  EXPECT_NE(summary.message.find("wall 0"), std::string::npos) << summary.message;
   EXPECT_TRUE(simulation.state().velocity[0].allFinite());
 }
 

@@ -1,0 +1,153 @@
+#include "sim/contact_kernel.h"
+
+#include <algorithm>
+
+#include "sim/processor_variants.h"
+
+namespace graintruth::sim {
+namespace {
+
+// overlap = R1 + R2 - distance, normal from first to second (thesis 1.30-1.33)
+template <int D>
+[[gnu::always_inline]] inline void find_geometry_of(ContactBatch<D>& batch) {
+  const int count = batch.count;
+#pragma GCC ivdep
+  for (int k = 0; k < count; ++k) {
+    const double distance = std::sqrt(batch.distance_squared.at(k));
+    const double overlap = batch.reach.at(k) - distance;
+    batch.normal.set(k, (1.0 / distance) * batch.apart.at(k));
+    batch.overlap.set(k, overlap);
+    batch.stiffness.set(k, hertz_stiffness(batch.stiffness_factor.at(k), overlap));
+  }
+}
+
+// Every row adds up the rows of its group, in their order, so that all of them get the same bits.
+// Small groups: by looking `longest_group` - 1 rows to either side, without a branch.
+constexpr int kSmallGroup = 8;
+
+[[gnu::always_inline]] inline void sum_small_groups(int longest_group,
+                                                    int count,
+                                                    const int* group,
+                                                    const double* stiffness,
+                                                    double* sum,
+                                                    double* number) {
+  std::fill_n(sum, count, 0.0);
+  std::fill_n(number, count, 0.0);
+  for (int aside = 1 - longest_group; aside < longest_group; ++aside) {
+    const int begin = aside < 0 ? -aside : 0;
+    const int end = aside > 0 ? count - aside : count;
+#pragma GCC ivdep
+    for (int k = begin; k < end; ++k) {
+      const double other = stiffness[k + aside];
+      const bool same = group[k + aside] == group[k];
+      sum[k] += same ? other : 0.0;
+      number[k] += same ? 1.0 : 0.0;
+    }
+  }
+}
+
+inline void sum_large_groups(
+    int count, const int* group, const double* stiffness, double* sum, double* number) {
+  for (int begin = 0; begin < count;) {
+    double total = 0.0;
+    int end = begin;
+    for (; end < count && group[end] == group[begin]; ++end) total += stiffness[end];
+    std::fill(sum + begin, sum + end, total);
+    std::fill(number + begin, number + end, end - begin);
+    begin = end;
+  }
+}
+
+template <int D>
+[[gnu::always_inline]] inline void sum_groups_of(ContactBatch<D>& batch) {
+  const int* group = batch.group.data();
+  const double* stiffness = batch.stiffness.value.data();
+  double* sum = batch.sum_of_stiffness.value.data();
+  double* number = batch.contact_count.value.data();
+  if (batch.longest_group <= kSmallGroup) {
+    sum_small_groups(batch.longest_group, batch.count, group, stiffness, sum, number);
+  } else {
+    sum_large_groups(batch.count, group, stiffness, sum, number);
+  }
+}
+
+template <int D, class Law>
+[[gnu::always_inline]] inline void apply_law_to(const Law& law,
+                                                const PairTable& pairs,
+                                                ContactBatch<D>& batch) {
+  const int count = batch.count;
+  const PairMaterial* materials = pairs.data();
+#pragma GCC ivdep
+  for (int k = 0; k < count; ++k) {
+    const PairMaterial& pair = materials[batch.pair[k]];
+    const auto normal = batch.normal.at(k);
+    const double overlap = batch.overlap.at(k);
+    const double stiffness = batch.stiffness.at(k);
+
+    // 1. Relative motion of the two surfaces at the contact point, x1 + (R1 - overlap/2) n
+    const auto lever = batch.arm.at(k) + (batch.radius.at(k) - 0.5 * overlap) * normal;
+    const auto moved = batch.moved.at_centre.at(k) + spin_velocity(batch.moved.spin.at(k), lever);
+    const auto moving =
+        batch.moving.at_centre.at(k) + spin_velocity(batch.moving.spin.at(k), lever);
+    SurfaceMotion<D> motion;
+    motion.normal_speed = dot(moving, normal);
+    motion.tangential = tangential_part(moving, normal, motion.normal_speed);
+    motion.slip = batch.slip_time.at(k) * tangential_part(moved, normal, dot(moved, normal));
+
+    // 2. Contact law
+    const double dashpot = dashpot_per_stiffness(law,
+                                                 pair.normal_damping,
+                                                 batch.reduced_mass.at(k),
+                                                 batch.sum_of_stiffness.at(k),
+                                                 stiffness,
+                                                 batch.contact_count.at(k));
+    auto spring = batch.spring.at(k);
+    const ContactForce<D> force =
+        contact_force<D>(law, pair, motion, normal, overlap, stiffness, dashpot, spring);
+    batch.spring.set(k, spring);
+    batch.normal_force.set(k, force.normal);
+    batch.tangential_force.set(k, force.tangential);
+    batch.slides.set(k, force.slides ? 1.0 : 0.0);
+    batch.normal_speed.set(k, motion.normal_speed);
+    batch.tangential_speed.set(k, motion.tangential);
+
+    // 3. On the second body; the first gets the opposite
+    const auto on_second = force.normal * normal + as_vector(force.tangential, normal);
+    batch.force.set(k, on_second);
+    const auto about_first = moment(lever, on_second);
+    batch.moment.set(k, about_first);
+    // About the second centre: that about the first and (x_1 - x_2) x force
+    batch.second_moment.set(k, about_first + moment(batch.offset.at(k), on_second));
+  }
+}
+
+}  // namespace
+
+GRAINTRUTH_FOR_EACH_PROCESSOR void find_geometry(ContactBatch<2>& batch) {
+  find_geometry_of(batch);
+}
+GRAINTRUTH_FOR_EACH_PROCESSOR void find_geometry(ContactBatch<3>& batch) {
+  find_geometry_of(batch);
+}
+
+GRAINTRUTH_FOR_EACH_PROCESSOR void sum_groups(ContactBatch<2>& batch) { sum_groups_of(batch); }
+GRAINTRUTH_FOR_EACH_PROCESSOR void sum_groups(ContactBatch<3>& batch) { sum_groups_of(batch); }
+
+GRAINTRUTH_FOR_EACH_PROCESSOR void apply_law(const DefaultLaw& law,
+                                             const PairTable& pairs,
+                                             ContactBatch<2>& batch) {
+  apply_law_to(law, pairs, batch);
+}
+GRAINTRUTH_FOR_EACH_PROCESSOR void apply_law(const DefaultLaw& law,
+                                             const PairTable& pairs,
+                                             ContactBatch<3>& batch) {
+  apply_law_to(law, pairs, batch);
+}
+void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<2>& batch) {
+  apply_law_to(law, pairs, batch);
+}
+void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<3>& batch) {
+  apply_law_to(law, pairs, batch);
+}
+
+}  // namespace graintruth::sim

@@ -1,0 +1,23 @@
+// The arithmetic of a batch of contacts, several contacts at a time.
+#pragma once
+
+#include "sim/contact_batch.h"
+#include "sim/contact_law.h"
+
+namespace graintruth::sim {
+
+// Overlap, normal and stiffness of the gathered pairs of spheres.
+void find_geometry(ContactBatch<2>& batch);
+void find_geometry(ContactBatch<3>& batch);
+
+// Stiffness and number of the contacts of each group, for sharing the damping.
+void sum_groups(ContactBatch<2>& batch);
+void sum_groups(ContactBatch<3>& batch);
+
+// Forces and moments of the batch; springs are advanced.
+void apply_law(const DefaultLaw& law, const PairTable& pairs, ContactBatch<2>& batch);
+void apply_law(const DefaultLaw& law, const PairTable& pairs, ContactBatch<3>& batch);
+void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<2>& batch);
+void apply_law(const ChosenLaw& law, const PairTable& pairs, ContactBatch<3>& batch);
+
+}  // namespace graintruth::sim

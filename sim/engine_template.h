@@ -1,0 +1,698 @@
+// Definitions of Engine, for the two files that compile it: planar_engine.cpp, spatial_engine.cpp.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/engine.h"
+
+namespace graintruth::sim {
+namespace engine_detail {
+
+// Part of the skin that may be used up before the bodies' true displacements are looked at again.
+constexpr double kSkinInUse = 0.7;
+
+// The skin follows the motion, so that it lasts for about this many steps: a search costs a few
+// steps, while a wide skin costs candidates in every step. Limits in smallest radii.
+constexpr std::int64_t kStepsPerSkin = 60;
+constexpr double kFirstSkin = 0.05, kSmallestSkin = 0.002, kLargestSkin = 0.3;
+
+// Books the work of dashpots and of tangential forces, J.
+struct WorkTally {
+  static constexpr bool commits = true;
+  double time_step = 0.0;
+  double damping_loss = 0.0;
+  double tangential_work = 0.0;
+  template <int D>
+  void operator()(const BatchView<D>& view) {
+    const ContactBatch<D>& batch = view.batch;
+    for (int k = 0; k < batch.count; ++k) {
+      const double elastic = hertz_force(batch.stiffness.at(k), batch.overlap.at(k));
+      damping_loss += (elastic - batch.normal_force.at(k)) * batch.normal_speed.at(k) * time_step;
+      tangential_work -=
+          product_of(batch.tangential_force.at(k), batch.tangential_speed.at(k)) * time_step;
+    }
+  }
+};
+
+struct SpringEnergy {
+  static constexpr bool commits = false;
+  double normal = 0.0;
+  double tangential = 0.0;
+  template <int D>
+  void operator()(const BatchView<D>& view) {
+    const ContactBatch<D>& batch = view.batch;
+    for (int k = 0; k < batch.count; ++k) {
+      normal += hertz_energy(batch.stiffness.at(k), batch.overlap.at(k));
+      const double stiffness = view.pairs[batch.pair[k]].tangential_ratio * batch.stiffness.at(k);
+      tangential += 0.5 * stiffness * product_of(batch.spring.at(k), batch.spring.at(k));
+    }
+  }
+};
+
+template <int D>
+struct ContactRecorder {
+  static constexpr bool commits = false;
+  const Bodies<D>& bodies;
+  std::vector<ContactReport> reports;
+  void operator()(const BatchView<D>& view) {
+    for (int k = 0; k < view.batch.count; ++k) reports.push_back(report_of(view, k));
+  }
+  ContactReport report_of(const BatchView<D>& view, int k) const {
+    const ContactBatch<D>& batch = view.batch;
+    const ContactGroup& group = view.list.groups[batch.group[k]];
+    const int candidate = batch.candidate[k];
+    ContactReport report;
+    report.first = group.first;
+    report.second = group.second;
+    report.with_wall = view.with_walls;
+    report.first_sphere = view.list.first_sphere[candidate] - bodies.first_sphere[group.first];
+    if (!view.with_walls) {
+      report.second_sphere = view.list.second_sphere[candidate] - bodies.first_sphere[group.second];
+    }
+    const auto normal = batch.normal.at(k);
+    report.overlap = batch.overlap.at(k);
+    report.normal = to_space(to_eigen(normal));
+    report.normal_force = batch.normal_force.at(k);
+    report.tangential_force = to_space(to_eigen(as_vector(batch.tangential_force.at(k), normal)));
+    report.slides = batch.slides.at(k) != 0.0;
+    return report;
+  }
+};
+
+// FNV-1a over the bits of doubles.
+struct Hash {
+  std::uint64_t value = 14695981039346656037ull;
+  void add(double number) {
+    std::uint64_t bits = std::bit_cast<std::uint64_t>(number);
+    for (int i = 0; i < 8; ++i, bits >>= 8) value = (value ^ (bits & 0xff)) * 1099511628211ull;
+  }
+  void add(PlanarVector v) {
+    add(v.x);
+    add(v.z);
+  }
+  void add(SpatialVector v) {
+    add(v.x);
+    add(v.y);
+    add(v.z);
+  }
+};
+
+// The numbers of a snapshot in their order (see Snapshot): the same walk writes and reads them.
+struct NumberWriter {
+  std::vector<double>& numbers;
+  void operator()(double value) { numbers.push_back(value); }
+};
+struct NumberReader {
+  const double* next;
+  void operator()(double& value) { value = *next++; }
+};
+template <class Pass>
+void pass(PlanarVector& v, Pass& one) {
+  one(v.x);
+  one(v.z);
+}
+template <class Pass>
+void pass(SpatialVector& v, Pass& one) {
+  one(v.x);
+  one(v.y);
+  one(v.z);
+}
+template <class Pass>
+void pass(double& v, Pass& one) {
+  one(v);
+}
+template <class Column, class Pass>
+void pass_row(Column& column, int i, Pass& one) {
+  auto value = column.at(i);
+  pass(value, one);
+  column.set(i, value);
+}
+
+template <int D, class Pass>
+void pass_body(Bodies<D>& bodies, int i, Pass& one) {
+  BodyMotion<D>& motion = bodies.motion[i];
+  pass(motion.position, one);
+  pass(motion.velocity, one);
+  pass(motion.velocity_now, one);
+  pass(motion.spin, one);
+  pass(motion.spin_now, one);
+  pass_row(bodies.acceleration, i, one);
+  pass_row(bodies.angular_acceleration, i, one);
+  if constexpr (D == 2) {
+    one(bodies.turns.angle[i]);
+    pass_row(bodies.turns.direction, i, one);
+  } else {
+    one(bodies.turns.world_from_body.w[i]);
+    one(bodies.turns.world_from_body.x[i]);
+    one(bodies.turns.world_from_body.y[i]);
+    one(bodies.turns.world_from_body.z[i]);
+    pass_row(bodies.turns.spin_in_body, i, one);
+  }
+}
+
+template <int D, class Pass>
+void pass_surface(WallSurface<D>& surface, Pass& one) {
+  for (Vec<D>* vector : {&surface.velocity, &surface.velocity_now, &surface.force}) {
+    auto value = plain(*vector);
+    pass(value, one);
+    *vector = to_eigen(value);
+  }
+  for (auto* spin : {&surface.spin, &surface.spin_now, &surface.torque}) {
+    auto value = plain(*spin);
+    pass(value, one);
+    *spin = to_eigen(value);
+  }
+  double turns = surface.turns ? 1.0 : 0.0;
+  one(turns);
+  surface.turns = turns != 0.0;
+}
+
+// The second of a candidate: a sphere, or with walls the wall of its group.
+template <int D>
+std::int64_t second_of(const ContactList<D>& list, int candidate, bool with_walls) {
+  return with_walls ? list.groups[list.group_of[candidate]].second : list.second_sphere[candidate];
+}
+
+template <int D>
+void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<KeptContact>& kept) {
+  for (int c = 0; c < list.count(); ++c) {
+    if (!list.is_touching[c]) continue;
+    KeptContact contact{list.first_sphere[c], second_of(list, c, with_walls), {}};
+    if constexpr (D == 2) {
+      contact.spring[0] = list.spring[c];
+    } else {
+      contact.spring[0] = list.spring[c].x;
+      contact.spring[1] = list.spring[c].y;
+      contact.spring[2] = list.spring[c].z;
+    }
+    kept.push_back(contact);
+  }
+}
+
+// Both are in the order of the candidates.
+template <int D>
+void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList<D>& list) {
+  std::size_t next = 0;
+  for (int c = 0; c < list.count(); ++c) {
+    list.is_touching[c] = 0;
+    if (next == kept.size() || kept[next].first_sphere != list.first_sphere[c] ||
+        kept[next].second != second_of(list, c, with_walls)) {
+      continue;
+    }
+    const double* spring = kept[next].spring;
+    list.is_touching[c] = 1;
+    if constexpr (D == 2) {
+      list.spring[c] = spring[0];
+    } else {
+      list.spring[c] = {spring[0], spring[1], spring[2]};
+    }
+    ++next;
+  }
+  if (next != kept.size()) {
+    throw std::invalid_argument("snapshot: has a contact between spheres that are not near");
+  }
+}
+
+inline void require_same(std::int64_t of_snapshot, std::int64_t here, const std::string& what) {
+  if (of_snapshot == here) return;
+  throw std::invalid_argument("snapshot: has " + std::to_string(of_snapshot) + " " + what +
+                              ", this scene has " + std::to_string(here));
+}
+
+inline std::string number(double value) { return std::to_string(value); }
+
+}  // namespace engine_detail
+
+template <int D>
+Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const Engine* earlier)
+    : options_(options),
+      gravity_(to_motion<D>(scene.gravity)),
+      bodies_(make_bodies<D>(scene)),
+      walls_at_rest_(scene.walls),
+      global_damping_(options.global_damping) {
+  double smallest_radius = 0.0;
+  for (const Body& body : scene.bodies) {
+    const Clump& type = scene.types[body.type];
+    if (smallest_radius == 0.0 || type.smallest_radius < smallest_radius) {
+      smallest_radius = type.smallest_radius;
+    }
+  }
+  smallest_radius_ = smallest_radius;
+  skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
+  limit_.move = options.largest_move * smallest_radius;
+  wall_surfaces_.resize(scene.walls.size());
+  use_pairs(scene, options);
+  if (earlier != nullptr) {
+    walls_at_rest_ = earlier->walls_at_rest_;
+    between_ = earlier->between_;
+    with_walls_ = earlier->with_walls_;
+    time_ = earlier->time_;
+    slip_time_ = earlier->slip_time_;
+    contact_steps_ = earlier->contact_steps_;
+    searches_ = earlier->searches_;
+    damping_loss_ = earlier->damping_loss_;
+    tangential_work_ = earlier->tangential_work_;
+    wall_work_ = earlier->wall_work_;
+  }
+  list_moving_walls();
+  move_walls_to(time_);
+  find_contacts();
+  factors_ = step_factors(choose_time_step(scene, options.time_step), global_damping_);
+  start();
+  if (earlier == nullptr && overlap_trouble_.found) {
+    throw std::invalid_argument("Scene: " + describe_overlap() +
+                                "; bodies must start apart, such a contact would throw them off");
+  }
+}
+
+template <int D>
+void Engine<D>::use_pairs(const Scene& scene, const SimulationOptions& options) {
+  material_count_ = static_cast<int>(scene.materials.size());
+  pairs_.assign(static_cast<std::size_t>(material_count_) * material_count_, {});
+  for (int i = 0; i < material_count_; ++i) {
+    for (int j = i; j < material_count_; ++j) {
+      const bool both_rigid = std::isinf(scene.materials[i].youngs_modulus) &&
+                              std::isinf(scene.materials[j].youngs_modulus);
+      if (both_rigid) continue;  // two walls never touch
+      pairs_[i * material_count_ + j] = mix(scene.materials[i],
+                                            scene.materials[j],
+                                            scene.surfaces.of(i, j),
+                                            options.tension,
+                                            options.tangential_damping);
+      pairs_[j * material_count_ + i] = pairs_[i * material_count_ + j];
+    }
+  }
+}
+
+// Accelerations at the start, so that the first half-step velocities are v(-1/2) = v0 - a0 dt/2
+// (thesis 2.16).
+template <int D>
+void Engine<D>::start() {
+  StepOnly observe;
+  add_forces(observe);
+  find_accelerations(gravity_, factors_, limit_, bodies_);
+  shift_half_step(-factors_.half, bodies_);
+}
+
+template <int D>
+template <class Law, class Observer>
+int Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
+  const ForceSetting setting{&pairs_, slip_time_, options_.largest_overlap};
+  return add_pair_forces<D>(law, setting, between_, bodies_, batch_, overlap_trouble_, observe) +
+         add_wall_forces<D>(law,
+                            setting,
+                            walls_,
+                            wall_surfaces_,
+                            with_walls_,
+                            bodies_,
+                            batch_,
+                            overlap_trouble_,
+                            observe);
+}
+
+template <int D>
+template <class Observer>
+void Engine<D>::add_forces(Observer& observe) {
+  if constexpr (Observer::commits) {
+    std::fill(bodies_.load.begin(), bodies_.load.end(), Load<D>{});
+    clear_wall_forces();
+  }
+  const ChosenLaw chosen{options_.tension, options_.damping_sharing};
+  const bool is_default =
+      chosen.tension == DefaultLaw::tension && chosen.sharing == DefaultLaw::sharing;
+  const int touching =
+      is_default ? add_forces_of_law(DefaultLaw{}, observe) : add_forces_of_law(chosen, observe);
+  if constexpr (Observer::commits) contact_steps_ += touching;
+}
+
+template <int D>
+bool Engine<D>::step(double time) {
+  // 1. Forces where the bodies are now
+  if (options_.tally_work) {
+    engine_detail::WorkTally tally{factors_.time_step};
+    add_forces(tally);
+    damping_loss_ += tally.damping_loss;
+    tangential_work_ += tally.tangential_work;
+    for (const int w : moving_walls_) {
+      const WallSurface<D>& wall = wall_surfaces_[w];
+      const double power =
+          wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
+      wall_work_ -= power * factors_.time_step;
+    }
+  } else {
+    StepOnly observe;
+    add_forces(observe);
+  }
+  if (overlap_trouble_.found) {
+    trouble_ = describe_overlap();
+    return false;
+  }
+  // 2. Leapfrog
+  if (!integrate()) return false;
+  slip_time_ = factors_.time_step;
+  ++steps_;
+  // 3. Walls, and new candidates when something may have come near
+  move_walls_to(time);
+  if (2.0 * travel_ + wall_travel_ > skin_) {
+    find_contacts_if_moved();
+  } else if (steps_ == searched_at_step_ + engine_detail::kStepsPerSkin) {
+    narrow_skin();
+  }
+  return true;
+}
+
+template <int D>
+bool Engine<D>::integrate() {
+  const StepBound bound = find_accelerations(gravity_, factors_, limit_, bodies_);
+  if (bound.suspects > 0) {
+    trouble_ = describe_move();
+    if (!trouble_.empty()) return false;
+  }
+  advance(factors_, bodies_);
+  travel_ += bound.largest_move;
+  return true;
+}
+
+// The first body whose next step is too long; empty when the bound was only too careful.
+template <int D>
+std::string Engine<D>::describe_move() const {
+  using engine_detail::number;
+  for (int i = 0; i < bodies_.count(); ++i) {
+    const Speeds speeds = next_speeds(factors_, bodies_, i);
+    const double turn = speeds.angular * factors_.time_step;
+    const double move =
+        speeds.linear * factors_.time_step + turn * std::sqrt(bodies_.reach_squared[i]);
+    const std::string body = "body " + std::to_string(i);
+    const std::string at = ", at " + number(time_) + " s";
+    if (!(move <= limit_.move)) {
+      return body + " would move " + number(1e3 * move) + " mm in one step, limit " +
+             number(1e3 * limit_.move) + " mm" + at;
+    }
+    if (!(turn <= limit_.turn)) {
+      return body + " would turn " + number(turn) + " rad in one step, limit " +
+             number(limit_.turn) + " rad" + at;
+    }
+  }
+  return {};
+}
+
+template <int D>
+void Engine<D>::move_walls_to(double time) {
+  if (walls_.size() != walls_at_rest_.size()) walls_ = walls_at_rest_;
+  const double before = time_;
+  double fastest = 0.0;
+  for (const int w : moving_walls_) {
+    const Wall& rest = walls_at_rest_[w];
+    place_wall(rest, time, walls_[w]);
+    set_surface(w, 0.5 * (before + time), time);
+    fastest = std::max(fastest, fastest_point(rest));
+  }
+  wall_travel_ += fastest * (time - before);
+  time_ = time;
+}
+
+template <int D>
+void Engine<D>::list_moving_walls() {
+  moving_walls_.clear();
+  for (std::size_t w = 0; w < walls_at_rest_.size(); ++w) {
+    if (!is_still(walls_at_rest_[w])) moving_walls_.push_back(static_cast<int>(w));
+  }
+}
+
+// Only of the walls that had candidates: a mesh has many that never do.
+template <int D>
+void Engine<D>::clear_wall_forces() {
+  for (const int w : loaded_walls_) {
+    wall_surfaces_[w].force.setZero();
+    wall_surfaces_[w].torque = Motion<D>::no_spin();
+  }
+  if (!loaded_walls_are_old_) return;
+  loaded_walls_.clear();
+  for (const ContactGroup& group : with_walls_.groups) loaded_walls_.push_back(group.second);
+  std::sort(loaded_walls_.begin(), loaded_walls_.end());
+  loaded_walls_.erase(std::unique(loaded_walls_.begin(), loaded_walls_.end()), loaded_walls_.end());
+  loaded_walls_are_old_ = false;
+}
+
+template <int D>
+void Engine<D>::set_surface(int wall, double middle, double time) {
+  const Twist before = surface_twist(walls_at_rest_[wall], middle);
+  const Twist now = surface_twist(walls_at_rest_[wall], time);
+  WallSurface<D>& surface = wall_surfaces_[wall];
+  surface.velocity = to_motion<D>(before.velocity);
+  surface.velocity_now = to_motion<D>(now.velocity);
+  surface.spin = to_spin<D>(before.spin);
+  surface.spin_now = to_spin<D>(now.spin);
+  surface.turns = !before.spin.isZero(0.0) || !now.spin.isZero(0.0);
+}
+
+template <int D>
+double Engine<D>::largest_displacement() const {
+  double largest = 0.0;
+  for (int i = 0; i < bodies_.count(); ++i) {
+    // The chord of a turn by phi at distance r is 2 r sin(phi/2)
+    double chord = 0.0;
+    if constexpr (D == 2) {
+      chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.direction.at(i));
+    } else {
+      const double cosine =
+          product_of(bodies_.turns.world_from_body.at(i), searched_turns_.world_from_body.at(i));
+      chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
+    }
+    const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
+    largest = std::max(largest, path + chord * bodies_.bounding_radius[i]);
+  }
+  return largest;
+}
+
+template <int D>
+void Engine<D>::find_contacts_if_moved() {
+  travel_ = largest_displacement();
+  if (2.0 * travel_ + wall_travel_ <= engine_detail::kSkinInUse * skin_) return;
+  if (options_.skin == 0.0) skin_ = fitting_skin();
+  find_contacts();
+}
+
+// Results do not depend on the skin: it decides only how many candidates are looked at.
+template <int D>
+double Engine<D>::fitting_skin() const {
+  using namespace engine_detail;
+  const double path_per_step =
+      (2.0 * travel_ + wall_travel_) / static_cast<double>(steps_ - searched_at_step_);
+  return std::clamp(static_cast<double>(kStepsPerSkin) * path_per_step / kSkinInUse,
+                    kSmallestSkin * smallest_radius_,
+                    kLargestSkin * smallest_radius_);
+}
+
+// A skin that lasts much longer than planned holds candidates that nobody needs.
+template <int D>
+void Engine<D>::narrow_skin() {
+  if (options_.skin > 0.0) return;
+  travel_ = largest_displacement();
+  const double skin = fitting_skin();
+  if (skin > 0.5 * skin_) return;
+  skin_ = skin;
+  find_contacts();
+}
+
+template <int D>
+void Engine<D>::find_contacts() {
+  search_.find(bodies_, walls_, pairs_, material_count_, skin_, between_, with_walls_);
+  searched_position_.resize(bodies_.count());
+  for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
+  searched_turns_ = bodies_.turns;
+  loaded_walls_are_old_ = true;
+  travel_ = 0.0;
+  wall_travel_ = 0.0;
+  searched_at_step_ = steps_;
+  ++searches_;
+}
+
+template <int D>
+void Engine<D>::use_time_step(double time_step) {
+  if (time_step == factors_.time_step) return;
+  const StepFactors changed = step_factors(time_step, global_damping_);
+  shift_half_step(factors_.half - changed.half, bodies_);
+  factors_ = changed;
+}
+
+template <int D>
+void Engine<D>::use_global_damping(double per_second) {
+  global_damping_ = per_second;
+  factors_ = step_factors(factors_.time_step, global_damping_);
+}
+
+template <int D>
+void Engine<D>::use_wall_motion(int wall, const WallMotion& motion) {
+  walls_at_rest_[wall] = walls_[wall];
+  walls_at_rest_[wall].motion = motion;
+  walls_at_rest_[wall].motion.start_time = std::max(motion.start_time, time_);
+  list_moving_walls();
+  set_surface(wall, time_, time_);
+}
+
+template <int D>
+void Engine<D>::use_wall_drag(int wall, const WallMotion& drag) {
+  walls_at_rest_[wall].drag = drag;
+  walls_at_rest_[wall].drag.start_time = std::max(drag.start_time, time_);
+  list_moving_walls();
+  set_surface(wall, time_, time_);
+}
+
+template <int D>
+void Engine<D>::open_wall(int wall, double time) {
+  walls_at_rest_[wall].opens_at = time;
+  list_moving_walls();
+  place_wall(walls_at_rest_[wall], time_, walls_[wall]);
+}
+
+template <int D>
+void Engine<D>::clear_velocities() {
+  for (int i = 0; i < bodies_.count(); ++i) {
+    BodyMotion<D>& motion = bodies_.motion[i];
+    motion.velocity_now = Motion<D>::no_vector();
+    motion.velocity = Motion<D>::no_vector();
+    motion.spin_now = Motion<D>::no_tangent();
+    motion.spin = Motion<D>::no_tangent();
+    if constexpr (D == 3) bodies_.turns.spin_in_body.set(i, Motion<D>::no_tangent());
+  }
+  shift_half_step(-factors_.half, bodies_);
+}
+
+template <int D>
+Energy Engine<D>::energy() {
+  engine_detail::SpringEnergy springs;
+  add_forces(springs);
+  Energy energy;
+  energy.elastic = springs.normal + springs.tangential;
+  for (int i = 0; i < bodies_.count(); ++i) {
+    const double mass = bodies_.mass[i];
+    const BodyMotion<D>& motion = bodies_.motion[i];
+    energy.kinetic += 0.5 * mass * dot(motion.velocity_now, motion.velocity_now);
+    const auto inertia = bodies_.inertia.at(i);
+    if constexpr (D == 2) {
+      energy.kinetic += 0.5 * inertia * motion.spin_now * motion.spin_now;
+    } else {
+      const SpatialVector spin = turned_back(bodies_.turns.world_from_body.at(i), motion.spin_now);
+      energy.kinetic += 0.5 * (inertia.x * spin.x * spin.x + inertia.y * spin.y * spin.y +
+                               inertia.z * spin.z * spin.z);
+    }
+    energy.gravity -= mass * dot(plain(gravity_), motion.position);
+  }
+  energy.damping_loss = damping_loss_;
+  energy.friction_loss = options_.tally_work ? tangential_work_ - springs.tangential : 0.0;
+  energy.wall_work = wall_work_;
+  return energy;
+}
+
+template <int D>
+std::vector<ContactReport> Engine<D>::contacts() {
+  engine_detail::ContactRecorder<D> recorder{bodies_, {}};
+  add_forces(recorder);
+  return recorder.reports;
+}
+
+template <int D>
+std::uint64_t Engine<D>::state_hash() const {
+  engine_detail::Hash hash;
+  hash.add(time_);
+  for (int i = 0; i < bodies_.count(); ++i) {
+    hash.add(bodies_.motion[i].position);
+    hash.add(bodies_.motion[i].velocity);
+    if constexpr (D == 2) {
+      hash.add(bodies_.turns.angle[i]);
+      hash.add(bodies_.motion[i].spin);
+    } else {
+      const Rotation world_from_body = bodies_.turns.world_from_body.at(i);
+      hash.add(world_from_body.w);
+      hash.add(SpatialVector{world_from_body.x, world_from_body.y, world_from_body.z});
+      hash.add(bodies_.turns.spin_in_body.at(i));
+    }
+  }
+  for (const ContactList<D>* list : {&between_, &with_walls_}) {
+    for (int c = 0; c < list->count(); ++c) {
+      if (list->is_touching[c]) hash.add(list->spring[c]);
+    }
+  }
+  return hash.value;
+}
+
+template <int D>
+void Engine<D>::save(Snapshot& snapshot) const {
+  using namespace engine_detail;
+  snapshot.dimensions = D;
+  snapshot.body_count = bodies_.count();
+  snapshot.sphere_count = static_cast<std::int64_t>(bodies_.sphere_radius.size());
+  snapshot.time = time_;
+  snapshot.time_step = factors_.time_step;
+  snapshot.slip_time = slip_time_;
+  snapshot.global_damping = global_damping_;
+  snapshot.damping_loss = damping_loss_;
+  snapshot.tangential_work = tangential_work_;
+  snapshot.wall_work = wall_work_;
+  snapshot.pairs = pairs_;
+  snapshot.walls = walls_at_rest_;
+  // Of copies, because the same walk puts the numbers back
+  NumberWriter body_numbers{snapshot.bodies};
+  Bodies<D> bodies = bodies_;
+  for (int i = 0; i < bodies.count(); ++i) pass_body(bodies, i, body_numbers);
+  NumberWriter surface_numbers{snapshot.wall_surfaces};
+  for (WallSurface<D> surface : wall_surfaces_) pass_surface(surface, surface_numbers);
+  keep_touching(between_, false, snapshot.between_bodies);
+  keep_touching(with_walls_, true, snapshot.with_walls);
+}
+
+template <int D>
+void Engine<D>::restore(const Snapshot& snapshot) {
+  using namespace engine_detail;
+  const auto size = [](const auto& vector) { return static_cast<std::int64_t>(vector.size()); };
+  const std::int64_t walls = size(walls_at_rest_);
+  require_same(snapshot.dimensions, D, "dimensions");
+  require_same(snapshot.body_count, bodies_.count(), "bodies");
+  require_same(snapshot.sphere_count, size(bodies_.sphere_radius), "spheres");
+  require_same(size(snapshot.walls), walls, "walls");
+  require_same(size(snapshot.pairs), size(pairs_), "pairs of materials");
+  require_same(size(snapshot.bodies), bodies_.count() * numbers_per_body(D), "numbers of bodies");
+  require_same(size(snapshot.wall_surfaces),
+               walls * numbers_per_wall_surface(D),
+               "numbers of wall surfaces");
+
+  time_ = snapshot.time;
+  slip_time_ = snapshot.slip_time;
+  global_damping_ = snapshot.global_damping;
+  factors_ = step_factors(snapshot.time_step, global_damping_);
+  damping_loss_ = snapshot.damping_loss;
+  tangential_work_ = snapshot.tangential_work;
+  wall_work_ = snapshot.wall_work;
+  pairs_ = snapshot.pairs;
+  walls_at_rest_ = snapshot.walls;
+  walls_ = walls_at_rest_;
+  list_moving_walls();
+  for (const int w : moving_walls_) place_wall(walls_at_rest_[w], time_, walls_[w]);
+  NumberReader body_numbers{snapshot.bodies.data()};
+  for (int i = 0; i < bodies_.count(); ++i) {
+    pass_body(bodies_, i, body_numbers);
+    place_spheres(bodies_, i);
+  }
+  NumberReader surface_numbers{snapshot.wall_surfaces.data()};
+  for (WallSurface<D>& surface : wall_surfaces_) pass_surface(surface, surface_numbers);
+  overlap_trouble_ = {};
+  trouble_.clear();
+  find_contacts();
+  put_back(snapshot.between_bodies, false, between_);
+  put_back(snapshot.with_walls, true, with_walls_);
+}
+
+template <int D>
+std::string Engine<D>::describe_overlap() const {
+  const OverlapTrouble& worst = overlap_trouble_;
+  return "body " + std::to_string(worst.first) + " overlaps " +
+         (worst.with_wall ? "wall " : "body ") + std::to_string(worst.second) + " by " +
+         engine_detail::number(1e3 * worst.overlap) + " mm at " + engine_detail::number(time_) +
+         " s, more than " + engine_detail::number(options_.largest_overlap) + " of a radius";
+}
+
+}  // namespace graintruth::sim
