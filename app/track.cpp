@@ -34,10 +34,11 @@ int run_track(const TrackCommand& command) {
         film["event_time_s"].get<double>());
     if (film.contains("bed")) {
       const auto& bed = film["bed"];
-      fmt::print("  {} particles in the first frame, {} ran out, {} remain\n",
-                 bed["particles_in_first_frame"].get<int>(),
-                 bed["discharged"].get<int>(),
-                 bed["remaining"].get<int>());
+      fmt::print("  {} particles in the first frame", bed["particles_in_first_frame"].get<int>());
+      const int ran_out = bed["discharged"].get<int>(), remain = bed["remaining"].get<int>();
+      // Of a smeared film nobody knows
+      if (ran_out + remain > 0) fmt::print(", {} ran out, {} remain", ran_out, remain);
+      fmt::print("\n");
     }
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
