@@ -74,9 +74,9 @@ void print_what(const Experiment& experiment) {
   }
 }
 
-void check_experiment(const Experiment& experiment, Findings& findings) {
+// What the search will have to work with.
+void check_search(const Experiment& experiment, Findings& findings) {
   const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
-  if (experiment.rig.bin) return;
   const auto count = static_cast<int>(experiment.replicates.size());
   if (count < usual_replicates) {
     doubt(fmt::format(
@@ -92,7 +92,11 @@ void check_experiment(const Experiment& experiment, Findings& findings) {
                         tuned.name));
     }
   }
-  double radius = 0.0;
+}
+
+void check_particle(const Experiment& experiment, Findings& findings) {
+  const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  double radius = 0.0;  // half of its thickness between the panes
   double volume = 0.0;  // at most: balls of a particle may overlap
   for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
     radius = std::max(radius, sphere.radius);
@@ -103,7 +107,7 @@ void check_experiment(const Experiment& experiment, Findings& findings) {
     volume = std::numbers::pi * plate->semi_major * plate->semi_minor * plate->thickness;
   }
   if (experiment.rig.front_back_gap < 2.0 * radius)
-    doubt("The panes are closer together than a ball is thick.");
+    doubt("The panes are closer together than a particle is thick.");
   if (experiment.rig.front_back_gap > 3.0 * radius)
     doubt("The panes leave room for particles to pass behind each other; one layer is simulated.");
   const double density = experiment.particle.mass / volume;
@@ -152,7 +156,7 @@ void check_film(const Experiment& experiment,
                     film,
                     1e3 * *frame.residual));
   }
-  // A bin is compared by its discharge, however long that takes.
+  // A bin is measured until it has run out, however long that takes.
   if (!experiment.rig.bin && frame.declared_frames > 0 && length < last_time(experiment)) {
     findings.missing.push_back(fmt::format(
         "{}: the film lasts {:.2f} s, but the comparison needs {:.2f} s after the start event; "
@@ -255,7 +259,8 @@ int run_check(const CheckCommand& command) {
                                         : command.common.out;
   Findings findings;
   print_what(experiment);
-  check_experiment(experiment, findings);
+  if (!experiment.rig.bin) check_search(experiment, findings);
+  check_particle(experiment, findings);
 
   // 2. Films and tracks
   std::vector<datasets::Trajectories> tracks;

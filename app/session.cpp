@@ -29,6 +29,8 @@ Session::Session(std::string verb,
       made_(folder_for(options, experiment_)),
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
+  // Before any film is tracked for nothing
+  if (record_.verb != "track") calibrate::require_comparable(experiment_);
   record_.started_at = utc_now();
   record_.jobs = options.jobs > 0
                      ? options.jobs

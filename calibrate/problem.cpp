@@ -127,14 +127,24 @@ StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
   return starts;
 }
 
-Problem make_problem(const datasets::Experiment& experiment,
-                     std::span<const datasets::Trajectories> tracks) {
+void require_comparable(const datasets::Experiment& experiment) {
   if (experiment.rig.bin) {
     throw datasets::InputError(
         fmt::format("{}: films of a bin can be tracked and measured ('graintruth track'), but not "
                     "calibrated on: particles that leave have no place to compare.",
                     experiment.file.string()));
   }
+  if (experiment.particle.spheres.empty()) {
+    throw datasets::InputError(
+        fmt::format("{}: particle.spheres is missing; a plate can be tracked, but is simulated as "
+                    "the spheres that make it up.",
+                    experiment.file.string()));
+  }
+}
+
+Problem make_problem(const datasets::Experiment& experiment,
+                     std::span<const datasets::Trajectories> tracks) {
+  require_comparable(experiment);
   check_fit(experiment, tracks);
   Problem problem{.experiment = experiment};
   const std::vector<double> times =

@@ -27,9 +27,13 @@ struct Problem {
   std::string hash;  // of everything that decides a simulation or its comparison
 };
 
+// Throws datasets::InputError for an experiment whose tracks cannot be compared with simulations: a
+// bin, or particles without spheres.
+void require_comparable(const datasets::Experiment& experiment);
+
 // `tracks` are the replicates' full tracks, in the order of the experiment file. Throws
-// datasets::InputError when they do not fit the experiment: another number of particles, or a
-// recording that does not reach the last measured frame.
+// datasets::InputError when the experiment is not comparable or they do not fit it: another number
+// of particles, or a recording that does not reach the last measured frame.
 Problem make_problem(const datasets::Experiment& experiment,
                      std::span<const datasets::Trajectories> tracks);
 

@@ -29,8 +29,8 @@ void mark_usable(BedScene& scene) {
   for (int row = 0; row < scene.region.height; ++row) {
     for (int column = 0; column < scene.region.width; ++column) {
       const Eigen::Vector2d at =
-          scene.calibration.camera.unproject({static_cast<double>(scene.region.x + column),
-                                              static_cast<double>(scene.region.y + row)});
+          scene.film.calibration.camera.unproject({static_cast<double>(scene.region.x + column),
+                                                   static_cast<double>(scene.region.y + row)});
       const double off = std::abs(at.x());
       const bool above = off < side && at.y() > margin;
       const bool below = at.y() < margin && (off < edge - margin || at.y() < -floor_thickness);
@@ -56,11 +56,12 @@ cv::Rect region_of(const Camera& camera, const datasets::FlatBin& bin) {
 }  // namespace
 
 BedView BedScene::view(bool is_open) const {
-  return {&calibration.camera, shape, plate_height, region, is_open ? in_bin_or_below : in_bin};
+  return {
+      &film.calibration.camera, shape, plate_height, region, is_open ? in_bin_or_below : in_bin};
 }
 
 double BedScene::pixel() const {
-  return 1.0 / calibration.camera.scale(0.0, 0.25 * experiment.rig.bin->height);
+  return 1.0 / film.calibration.camera.scale(0.0, 0.25 * experiment.rig.bin->height);
 }
 
 BedScene prepare_bed(const datasets::Experiment& experiment,
@@ -74,24 +75,8 @@ BedScene prepare_bed(const datasets::Experiment& experiment,
   // Seen from the side a plate's outline lies between its front face and its middle, depending on
   // how much light the rim gets: half way.
   scene.plate_height = 0.25 * plate.thickness;
-  cv::Mat grey;
-  cv::cvtColor(first, grey, cv::COLOR_BGR2GRAY);
-  const auto& given = experiment.camera.fiducials;
-  scene.sightings = find_fiducials(grey, given, experiment.camera.pixel_aspect);
-  constexpr std::size_t fewest = 4;
-  if (scene.sightings.size() < fewest) {
-    throw InputError(fmt::format(
-        "{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
-        "check that the dots are dark on a light ground, unobstructed, and that their "
-        "positions in the experiment file are right",
-        where,
-        scene.sightings.size(),
-        given.size(),
-        fewest));
-  }
-  scene.calibration =
-      calibrate(given, scene.sightings, first.cols, first.rows, experiment.camera.pixel_aspect);
-  scene.region = region_of(scene.calibration.camera, *experiment.rig.bin);
+  scene.film = calibrate_on(experiment, first, where);
+  scene.region = region_of(scene.film.calibration.camera, *experiment.rig.bin);
   const double plate_width_px = 2.0 * scene.shape.semi_minor / scene.pixel();
   if (scene.region.width < 3.0 * plate_width_px || scene.region.height < 3.0 * plate_width_px) {
     throw InputError(fmt::format(
@@ -122,7 +107,7 @@ OrificeWatcher::OrificeWatcher(const BedScene& scene, const cv::Mat& first) {
   const double pixel = scene.pixel();
   for (int i = 0; i < columns; ++i) {
     for (const double depth : {1.5, 2.5, 3.5}) {  // pixels: any lid is thicker
-      const Eigen::Vector2d at = scene.calibration.camera.project(
+      const Eigen::Vector2d at = scene.film.calibration.camera.project(
           half * (2.0 * i / (columns - 1.0) - 1.0), -depth * pixel);
       const cv::Point point(static_cast<int>(std::lround(at.x())),
                             static_cast<int>(std::lround(at.y())));

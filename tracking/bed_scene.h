@@ -7,14 +7,13 @@
 
 #include "tracking/bed_fit.h"
 #include "tracking/contrast.h"
-#include "tracking/fiducials.h"
+#include "tracking/film_camera.h"
 
 namespace graintruth::tracking {
 
 struct BedScene {
   datasets::Experiment experiment;  // as filmed: with this film's orifice and frame rate
-  Calibration calibration;
-  std::vector<FiducialSighting> sightings;
+  FilmCamera film;
   PlateShape shape;
   double plate_height = 0.0;  // m, of what is seen of a plate above the plane of the centres
   cv::Rect region;            // of the frame: the bin and what lies below its orifice

@@ -64,8 +64,8 @@ Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose&
   constexpr int samples = 16;
   constexpr double ring = 0.7;  // of the half axes: inside the rim, outside most holes
   const double c = std::cos(pose.angle), s = std::sin(pose.angle);
-  const Eigen::Vector2d centre = scene_.calibration.camera.project(pose.x, pose.z);
-  const Eigen::Matrix2d jacobian = scene_.calibration.camera.jacobian(pose.x, pose.z);
+  const Eigen::Vector2d centre = scene_.film.calibration.camera.project(pose.x, pose.z);
+  const Eigen::Matrix2d jacobian = scene_.film.calibration.camera.jacobian(pose.x, pose.z);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   int used = 0;
   for (int k = 0; k < samples; ++k) {
@@ -176,7 +176,7 @@ void BedTracks::match_coarsely(const cv::Mat1f& coarse) {
   const double reach = 0.5 * 1.3 * fall_ / pixel_;                     // coarse pixels
   const double window = 0.5 * 1.5 * scene_.shape.semi_major / pixel_;  // half of the pattern's side
   const auto coarse_at = [&](const datasets::Pose& pose) {
-    const Eigen::Vector2d pixel = scene_.calibration.camera.project(pose.x, pose.z);
+    const Eigen::Vector2d pixel = scene_.film.calibration.camera.project(pose.x, pose.z);
     return Eigen::Vector2d(0.5 * (pixel.x() - scene_.region.x + 0.5) - 0.5,
                            0.5 * (pixel.y() - scene_.region.y + 0.5) - 0.5);
   };
@@ -202,7 +202,7 @@ void BedTracks::match_coarsely(const cv::Mat1f& coarse) {
     const Eigen::Vector2d shift(best.x - far + to.x - from.x + before.x() - now.x(),
                                 best.y - far + to.y - from.y + before.y() - now.y());
     const Eigen::Vector2d plane =
-        scene_.calibration.camera.jacobian(track.expected.x, track.expected.z).inverse() *
+        scene_.film.calibration.camera.jacobian(track.expected.x, track.expected.z).inverse() *
         (2.0 * shift);
     track.expected.x += plane.x();
     track.expected.z += plane.y();
@@ -452,7 +452,7 @@ void BedTracks::recover(BedFit& fit,
     ++track.unseen;
     const bool below = opened_at_ >= 0 && track.expected.z < -scene_.shape.semi_minor;
     const Eigen::Vector2d at =
-        scene_.calibration.camera.project(track.expected.x, track.expected.z);
+        scene_.film.calibration.camera.project(track.expected.x, track.expected.z);
     if (below && at.y() > frame.rows - 1.0) track.left_at = number;
     if (below) {
       track.velocity.z -= fall_;

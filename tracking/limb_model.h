@@ -43,7 +43,7 @@ class LimbModel {
 
  private:
   static constexpr int least_usable = RayProfile::inside + 3;
-  static constexpr int positions_per_px = 8;
+  static constexpr int positions_per_px = 4;
   static constexpr int most_px = 3;
   static constexpr int positions = 2 * most_px * positions_per_px + 1;
   using Basis = Eigen::Matrix<float, 3, RayProfile::samples>;  // orthonormal rows, 0 beyond usable

@@ -49,7 +49,7 @@ StagnantWatcher::StagnantWatcher(const BedScene& scene)
   const datasets::FlatBin& bin = *scene.experiment.rig.bin;
   const int columns = std::max(1, static_cast<int>(bin.width / (2.0 * step_)));
   for (int i = 0; i < columns; ++i) x_.push_back(bin.width * ((i + 0.5) / columns - 0.5));
-  const double top = scene.calibration.camera
+  const double top = scene.film.calibration.camera
                          .unproject({scene.region.x + 0.5 * scene.region.width,
                                      static_cast<double>(scene.region.y)})
                          .y();
@@ -74,7 +74,7 @@ void StagnantWatcher::add(const cv::Mat& frame) {
   Cells cells;
   for (const double x : x_) {
     for (int row = 0; row < rows_; ++row) {
-      const Eigen::Vector2d at = scene_.calibration.camera.project(x, (row + 0.5) * step_);
+      const Eigen::Vector2d at = scene_.film.calibration.camera.project(x, (row + 0.5) * step_);
       const int i =
           std::clamp(static_cast<int>(std::lround(at.y())) - scene_.region.y, 0, contrast.rows - 1);
       const int j =

@@ -90,11 +90,8 @@ class BedTracker {
   void count_plates(const BedTracks& tracks);
   void measure_gravity(const BedTracks& tracks);
   void judge();
-  void warn(std::string sentence) { summary_.warnings.push_back(std::move(sentence)); }
-  void fail(std::string sentence) {
-    warn(std::move(sentence));
-    failed_ = true;
-  }
+  void warn(std::string sentence) { summary_.warn(std::move(sentence)); }
+  void fail(std::string sentence) { summary_.fail(std::move(sentence)); }
   std::string where() const { return replicate_.video.string(); }
 
   const datasets::Experiment& experiment_;
@@ -104,7 +101,6 @@ class BedTracker {
   std::optional<FirstBed> first_;
   TrackingSummary summary_;
   BedSummary bed_;
-  bool failed_ = false;
 };
 
 void BedTracker::look_at_film() {
@@ -134,32 +130,8 @@ void BedTracker::look_at_film() {
 
 void BedTracker::look_at_bed() {
   scene_ = prepare_bed(experiment_, scouted_.first, scouted_.last, where());
-  const Calibration& calibration = scene_->calibration;
-  summary_.fiducials_given = static_cast<int>(experiment_.camera.fiducials.size());
-  summary_.fiducials_found = static_cast<int>(scene_->sightings.size());
-  summary_.fiducials_used = static_cast<int>(calibration.used.size());
-  summary_.distortion_k1 = calibration.camera.k1();
-  summary_.distortion_k2 = calibration.camera.k2();
-  summary_.pixel_aspect = calibration.camera.pixel_aspect();
-  summary_.calibration_rms_mm = 1.0e3 * calibration.rms;
-  summary_.calibration_max_mm = 1.0e3 * calibration.max;
-  summary_.calibration_leave_one_out_rms_mm = 1.0e3 * calibration.leave_one_out_rms;
-  summary_.calibration_leave_one_out_max_mm = 1.0e3 * calibration.leave_one_out_max;
+  describe_camera(scene_->film, experiment_, scene_->pixel(), summary_);
   summary_.scale_px_per_mm = 1.0e-3 / scene_->pixel();
-  if (summary_.fiducials_used < summary_.fiducials_given) {
-    warn(
-        fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not "
-                    "found or lie off.",
-                    summary_.fiducials_used,
-                    summary_.fiducials_given));
-  }
-  if (calibration.rms > 0.5 * scene_->pixel()) {
-    fail(
-        fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is "
-                    "{:.2f} mm): positions in the experiment file may be wrong.",
-                    summary_.calibration_rms_mm,
-                    0.5e3 * scene_->pixel()));
-  }
   constexpr double least_changed = 0.01;  // of the bin: two or three plates of two hundred
   if (scene_->changed < least_changed) {
     throw InputError(fmt::format(
@@ -282,14 +254,15 @@ double BedTracker::find_event(const BedTracks& tracks, int frames) {
                       *noted));
     }
   } else {
-    const bool moving = time.has_value();
-    const std::string what = moving ? "The film starts after the orifice has opened"
-                                    : "No plate over the orifice is seen to start falling";
-    if (moving) time.reset();
-    time = 0.0;
+    const char* what = time ? "The film starts after the orifice has opened"
+                            : "No plate over the orifice is seen to start falling";
+    // Where the bed moves from the first frame on, a noted time cannot be right either.
+    const bool use_noted = noted && !time;
+    time = use_noted ? *noted : 0.0;
     uncertainty = interval;
-    summary_.event_source = "first frame of the film";
-    fail(fmt::format("{}: times count from {}.", what, summary_.event_source));
+    summary_.event_source = use_noted ? "noted by the laboratory" : "first frame of the film";
+    fail(fmt::format(
+        "{}: times count from {:.3f} s of film ({}).", what, *time, summary_.event_source));
   }
   summary_.event_time_s = *time;
   summary_.event_uncertainty_s = uncertainty;
@@ -328,10 +301,10 @@ datasets::Trajectories BedTracker::trajectories_of(const BedTracks& tracks,
       Eigen::Vector3d variance = sighting.covariance.diagonal().cwiseProduct(
           inflation[static_cast<std::size_t>(sighting.pace)]);
       variance.head<2>() +=
-          scene_->calibration.point_covariance(sighting.pose.x, sighting.pose.z).diagonal();
+          scene_->film.calibration.point_covariance(sighting.pose.x, sighting.pose.z).diagonal();
       // The outline's height above the plane is known to the quarter of the thickness that
       // separates both ends of its range (uniform: over the square root of three).
-      const Eigen::Vector3d camera = scene_->calibration.camera.position();
+      const Eigen::Vector3d camera = scene_->film.calibration.camera.position();
       const double slant = scene_->plate_height / std::numbers::sqrt3 / camera.z();
       variance[0] += std::pow(slant * (sighting.pose.x - camera.x()), 2);
       variance[1] += std::pow(slant * (sighting.pose.z - camera.y()), 2);
@@ -425,10 +398,6 @@ void BedTracker::judge() {
   if (bed_.sharpness >= least_sharpness && summary_.completeness < least_complete) {
     fail(fmt::format("Only {:.1f} % of all poses were found.", 100.0 * summary_.completeness));
   }
-  if (failed_)
-    summary_.grade = Grade::fail;
-  else if (!summary_.warnings.empty())
-    summary_.grade = Grade::warn;
 }
 
 void BedTracker::follow_plates(const TrackingOptions& options, TrackedBed& result) {
@@ -498,9 +467,9 @@ void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& re
 }
 
 void BedTracker::draw(const TrackingOptions& options, const TrackedBed& result) {
-  Findings findings{.camera = &scene_->calibration.camera,
+  Findings findings{.camera = &scene_->film.calibration.camera,
                     .trajectories = &result.trajectories,
-                    .fiducials = scene_->sightings,
+                    .fiducials = scene_->film.sightings,
                     .plate = scene_->shape};
   const int frames = scouted_.frames;
   const int event_frame = std::clamp(

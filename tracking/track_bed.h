@@ -18,7 +18,7 @@ struct BedSummary {
   double semi_major_learned_mm = 0.0, semi_minor_learned_mm = 0.0;
   double gravity_measured = 0.0;     // m/s2, of plates below the orifice; NaN where too few fell
   std::string scan;                  // "progressive", "even rows first", "odd rows first"
-  double sharpness = 1.0;         // of moving places over the bed at rest, see stagnant.h
+  double sharpness = 1.0;            // of moving places over the bed at rest, see stagnant.h
   std::vector<int> doubtful_frames;  // with plates that were not found
 };
 

@@ -12,7 +12,7 @@
 
 #include "datasets/input_error.h"
 #include "tracking/event.h"
-#include "tracking/fiducials.h"
+#include "tracking/film_camera.h"
 #include "tracking/learn.h"
 #include "tracking/link.h"
 #include "tracking/overlay.h"
@@ -130,7 +130,6 @@ class FilmTracker {
 
  private:
   void begin(const cv::Mat& frame);
-  void calibrate_camera(const cv::Mat& grey);
   void find_first_bodies(const cv::Mat& frame);
   void follow(const cv::Mat& frame, int number);
   void recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
@@ -143,19 +142,15 @@ class FilmTracker {
   double find_event(int frames);
   void count_doubts(const datasets::Trajectories& tracks);
   void judge(const Learned& learned);
-  void warn(std::string sentence) { summary_.warnings.push_back(std::move(sentence)); }
-  void fail(std::string sentence) {
-    warn(std::move(sentence));
-    failed_ = true;
-  }
+  void warn(std::string sentence) { summary_.warn(std::move(sentence)); }
+  void fail(std::string sentence) { summary_.fail(std::move(sentence)); }
   std::string where() const { return replicate_.video.string(); }
 
   const datasets::Experiment& experiment_;
   const datasets::Replicate& replicate_;
   BodyShape nominal_;
   BodyShape shape_;  // sizes as they look in this film, learned in the first frame
-  Calibration calibration_;
-  std::vector<FiducialSighting> sightings_;
+  FilmCamera camera_;
   PlaneRegion region_;
   double noise_ = 1.0;
   std::optional<LimbModel> limb_;     // from the first frame on
@@ -164,76 +159,22 @@ class FilmTracker {
   std::vector<datasets::Wall> walls_;  // as seen: in the particle plane, and their front edges
   std::optional<PistonWatcher> piston_;
   TrackingSummary summary_;
-  bool failed_ = false;
 };
-
-void FilmTracker::calibrate_camera(const cv::Mat& grey) {
-  const auto& given = experiment_.camera.fiducials;
-  summary_.fiducials_given = static_cast<int>(given.size());
-  constexpr std::size_t fewest = 4;
-  if (given.size() < fewest) {
-    throw InputError(fmt::format(
-        "{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
-        "calibrate the camera",
-        experiment_.file.string(),
-        given.size(),
-        fewest));
-  }
-  sightings_ = find_fiducials(grey, given, experiment_.camera.pixel_aspect);
-  summary_.fiducials_found = static_cast<int>(sightings_.size());
-  if (sightings_.size() < fewest) {
-    throw InputError(fmt::format(
-        "{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
-        "check that the dots are dark on a light ground, unobstructed, and that their "
-        "positions in the experiment file are right",
-        where(),
-        sightings_.size(),
-        given.size(),
-        fewest));
-  }
-  calibration_ =
-      calibrate(given, sightings_, grey.cols, grey.rows, experiment_.camera.pixel_aspect);
-  summary_.fiducials_used = static_cast<int>(calibration_.used.size());
-  summary_.distortion_k1 = calibration_.camera.k1();
-  summary_.distortion_k2 = calibration_.camera.k2();
-  summary_.pixel_aspect = calibration_.camera.pixel_aspect();
-  summary_.calibration_rms_mm = 1.0e3 * calibration_.rms;
-  summary_.calibration_max_mm = 1.0e3 * calibration_.max;
-  summary_.calibration_leave_one_out_rms_mm = 1.0e3 * calibration_.leave_one_out_rms;
-  summary_.calibration_leave_one_out_max_mm = 1.0e3 * calibration_.leave_one_out_max;
-  if (summary_.fiducials_used < summary_.fiducials_given) {
-    warn(
-        fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not "
-                    "found or lie off.",
-                    summary_.fiducials_used,
-                    summary_.fiducials_given));
-  }
-  if (calibration_.used.size() == fewest)
-    warn(
-        "Only four fiducials: the camera's distortion and the calibration's error cannot be "
-        "checked.");
-  const double pixel_mm = 1.0e3 / calibration_.camera.scale(given[0].x, given[0].z);
-  if (summary_.calibration_rms_mm > 0.5 * pixel_mm) {
-    fail(
-        fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is "
-                    "{:.2f} mm): positions in "
-                    "the experiment file may be wrong.",
-                    summary_.calibration_rms_mm,
-                    0.5 * pixel_mm));
-  }
-}
 
 void FilmTracker::begin(const cv::Mat& frame) {
   cv::Mat grey;
   cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
-  calibrate_camera(grey);
+  camera_ = calibrate_on(experiment_, frame, where());
+  const datasets::Fiducial& any = experiment_.camera.fiducials.front();
+  describe_camera(
+      camera_, experiment_, 1.0 / camera_.calibration.camera.scale(any.x, any.z), summary_);
   noise_ = std::max(1.0, camera_noise(frame));
-  region_ = search_region(experiment_, calibration_.camera, nominal_.radius[0]);
+  region_ = search_region(experiment_, camera_.calibration.camera, nominal_.radius[0]);
   // Bars reach half the gap towards the camera; their front edges are seen beside their place in
   // the plane.
   walls_ = experiment_.rig.walls;
   for (const datasets::Wall& wall : experiment_.rig.walls) {
-    const Camera& camera = calibration_.camera;
+    const Camera& camera = camera_.calibration.camera;
     const double front = 0.5 * experiment_.rig.front_back_gap;
     const Eigen::Vector2d from =
         camera.unproject(camera.project(Eigen::Vector3d(wall.from_x, wall.from_z, front)));
@@ -243,7 +184,7 @@ void FilmTracker::begin(const cv::Mat& frame) {
   }
   if (experiment_.rig.piston)
     piston_.emplace(*experiment_.rig.piston, experiment_.camera.frame_rate);
-  if (piston_) piston_->measure(grey, calibration_.camera);
+  if (piston_) piston_->measure(grey, camera_.calibration.camera);
   find_first_bodies(frame);
 }
 
@@ -261,12 +202,13 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     tried.separation *= factor;
     for (double& r : tried.radius) r *= factor;
     const auto candidates = locate_balls(frame,
-                                         calibration_.camera,
+                                         camera_.calibration.camera,
                                          region_,
                                          0.5 * (tried.radius[0] + tried.radius[1]),
                                          noise_,
                                          static_cast<int>(8 * count + 16));
-    const auto fits = fit_pairs(image, calibration_.camera, tried, candidates, alone, noise_, 0.12);
+    const auto fits =
+        fit_pairs(image, camera_.calibration.camera, tried, candidates, alone, noise_, 0.12);
     const auto chosen = choose_bodies(fits, tried, count);
     double sum = 0.0;
     for (const BodyFit& fit : chosen) sum += evidence_of(fit);
@@ -326,13 +268,13 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
   } else {
     // One more than stated?
     const auto candidates = locate_balls(frame,
-                                         calibration_.camera,
+                                         camera_.calibration.camera,
                                          region_,
                                          0.5 * (shape_.radius[0] + shape_.radius[1]),
                                          noise_,
                                          static_cast<int>(8 * count + 16));
     const auto fits =
-        fit_pairs(image, calibration_.camera, shape_, candidates, alone, noise_, 0.12);
+        fit_pairs(image, camera_.calibration.camera, shape_, candidates, alone, noise_, 0.12);
     const auto more = choose_bodies(fits, shape_, count + 1);
     if (more.size() > count) {
       double weakest_known = 1.0e9;
@@ -361,7 +303,7 @@ void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodi
     return around;
   };
   const auto options_at = [&](const BodyPose& pose) {
-    const double radius_px = calibration_.camera.scale(pose.x, pose.z) * shape_.radius[0];
+    const double radius_px = camera_.calibration.camera.scale(pose.x, pose.z) * shape_.radius[0];
     return RefineOptions{.window_px = std::max(2.5, 0.1 * radius_px),
                          .iterations = 4,
                          .noise = noise_,
@@ -384,21 +326,22 @@ void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodi
       ObservedLimbs observed;
       for (std::size_t i = 0; i < bodies.size(); ++i)
         observe_limbs(image,
-                      calibration_.camera,
+                      camera_.calibration.camera,
                       shape_,
                       bodies[i].pose,
                       surroundings_among(i),
                       options_at(bodies[i].pose),
                       observed);
       const BodyPose& any = bodies.front().pose;
-      limb_.emplace(learn_limb_model(calibration_.camera.scale(any.x, any.z) * shape_.radius[0],
-                                     observed.profiles,
-                                     observed.edges));
+      limb_.emplace(
+          learn_limb_model(camera_.calibration.camera.scale(any.x, any.z) * shape_.radius[0],
+                           observed.profiles,
+                           observed.edges));
     }
     std::vector<BodyFit> refitted;
     for (std::size_t i = 0; i < bodies.size(); ++i)
       refitted.push_back(refine_body(image,
-                                     calibration_.camera,
+                                     camera_.calibration.camera,
                                      shape_,
                                      bodies[i].pose,
                                      surroundings_among(i),
@@ -428,8 +371,9 @@ cv::Rect FilmTracker::working_region() const {
   double left = 1.0e9, right = -1.0e9, top = 1.0e9, bottom = -1.0e9;
   for (const Track& track : tracks_) {
     if (!track.known) continue;
-    const Eigen::Vector2d pixel = calibration_.camera.project(track.last.x, track.last.z);
-    const Eigen::Matrix2d jacobian = calibration_.camera.jacobian(track.last.x, track.last.z);
+    const Eigen::Vector2d pixel = camera_.calibration.camera.project(track.last.x, track.last.z);
+    const Eigen::Matrix2d jacobian =
+        camera_.calibration.camera.jacobian(track.last.x, track.last.z);
     const double reach = 0.5 * shape_.separation + 1.6 * shape_.radius[0];
     const double half_width = jacobian.row(0).norm() * reach,
                  half_height = jacobian.row(1).norm() * reach;
@@ -461,7 +405,7 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
   cv::Mat grey;
   if (piston_) {
     cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
-    piston_->measure(grey, calibration_.camera);
+    piston_->measure(grey, camera_.calibration.camera);
   }
   // 1. Prediction: as fast as in the last frame; what was not seen slows down
   for (Track& track : tracks_) {
@@ -473,19 +417,20 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
   // 2. Two sweeps: the second knows where the neighbours are now
   const EdgeImage image(frame, working_region(), 0.8);
   std::vector<BodyFit> fits(tracks_.size());
-  const std::vector<Track> predicted = tracks_;
+  std::vector<BodyPose> predicted;
+  for (const Track& track : tracks_) predicted.push_back(track.last);
   for (int sweep = 0; sweep < 2; ++sweep) {
     for (std::size_t body = 0; body < tracks_.size(); ++body) {
       Track& track = tracks_[body];
       if (!track.known) continue;
       const double radius_px =
-          calibration_.camera.scale(track.last.x, track.last.z) * shape_.radius[0];
+          camera_.calibration.camera.scale(track.last.x, track.last.z) * shape_.radius[0];
       const RefineOptions refine{.window_px = std::max(2.5, (sweep == 0 ? 0.18 : 0.1) * radius_px),
                                  .iterations = sweep == 0 ? 3 : 1,
                                  .noise = noise_,
                                  .limb = sweep == 0 ? nullptr : &*limb_};
       fits[body] = refine_body(
-          image, calibration_.camera, shape_, track.last, surroundings_of(body), refine);
+          image, camera_.calibration.camera, shape_, track.last, surroundings_of(body), refine);
       if (fits[body].support >= lost_support) track.last = fits[body].pose;
     }
   }
@@ -495,18 +440,13 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
     bool is_lost =
         !tracks_[body].known || fits[body].support < lost_support || fits[body].visible < 0.08;
     for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
-      if (other == body || !tracks_[other].known || fits[other].support > fits[body].support)
-        continue;
-      if (fits[other].support == fits[body].support && other > body) continue;
-    }
-    for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
       if (other != body && tracks_[other].known && fits[other].support >= fits[body].support &&
           overlap(fits[body].pose, fits[other].pose, shape_))
         is_lost = true;
     }
     if (is_lost) {
       lost.push_back(body);
-      tracks_[body].last = predicted[body].last;
+      tracks_[body].last = predicted[body];
     } else {
       accept(tracks_[body], fits[body], number);
     }
@@ -523,7 +463,7 @@ void FilmTracker::keep_textures(const EdgeImage& image, int number) {
       track.textures[ball].resize(frame + 1);
       if (track.fits.size() > frame && track.fits[frame])
         track.textures[ball][frame] = sample_texture(
-            image, calibration_.camera, shape_, track.fits[frame]->pose, grids_[ball]);
+            image, camera_.calibration.camera, shape_, track.fits[frame]->pose, grids_[ball]);
     }
   }
 }
@@ -545,16 +485,16 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
   // 1. Detections: the picture's own candidates, and starts all round each predicted place
   std::vector<BodyFit> found;
   const auto candidates = locate_balls(frame,
-                                       calibration_.camera,
+                                       camera_.calibration.camera,
                                        region_,
                                        0.5 * (shape_.radius[0] + shape_.radius[1]),
                                        noise_,
                                        static_cast<int>(8 * tracks_.size() + 16));
-  found = fit_pairs(image, calibration_.camera, shape_, candidates, others, noise_, 0.15);
+  found = fit_pairs(image, camera_.calibration.camera, shape_, candidates, others, noise_, 0.15);
   for (std::size_t body : lost) {
     if (!tracks_[body].known) continue;
     const BodyPose& at = tracks_[body].last;
-    const double radius_px = calibration_.camera.scale(at.x, at.z) * shape_.radius[0];
+    const double radius_px = camera_.calibration.camera.scale(at.x, at.z) * shape_.radius[0];
     for (int i = -2; i <= 2; ++i) {
       for (int j = -2; j <= 2; ++j) {
         for (int k = -1; k <= 1; ++k) {
@@ -562,7 +502,7 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
           const BodyPose start{at.x + i * stride, at.z + j * stride, at.angle + 15.0 * degree * k};
           BodyFit fit = refine_body(
               image,
-              calibration_.camera,
+              camera_.calibration.camera,
               shape_,
               start,
               others,
@@ -604,7 +544,7 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
     used[detection] = 1;
     Track& track = tracks_[waiting[i]];
     BodyFit fit = refine_body(image,
-                              calibration_.camera,
+                              camera_.calibration.camera,
                               shape_,
                               chosen[detection].pose,
                               others,
@@ -630,7 +570,7 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
 void FilmTracker::check_fiducials(const cv::Mat& grey, int number) {
   if (summary_.camera_shift_px > 1.0) return;
   std::vector<double> moves;
-  for (const FiducialSighting& first : sightings_) {
+  for (const FiducialSighting& first : camera_.sightings) {
     FiducialSighting now = first;
     if (refine_fiducial(grey, now)) moves.push_back((now.pixel - first.pixel).norm());
   }
@@ -717,7 +657,7 @@ double FilmTracker::find_event(int frames) {
           steps.push_back(std::hypot(track.fits[k]->pose.x - track.fits[k - 1]->pose.x,
                                      track.fits[k]->pose.z - track.fits[k - 1]->pose.z));
       std::sort(steps.begin(), steps.end());
-      const double pixel = 1.0 / calibration_.camera.scale(rest.x, rest.z);
+      const double pixel = 1.0 / camera_.calibration.camera.scale(rest.x, rest.z);
       const double jitter =
           steps.empty() ? pixel
                         : std::max(0.05 * pixel, std::min(steps[steps.size() / 10], 0.3 * pixel));
@@ -831,10 +771,6 @@ void FilmTracker::judge(const Learned& learned) {
     else
       warn(sentence);
   }
-  if (failed_)
-    summary_.grade = Grade::fail;
-  else if (!summary_.warnings.empty())
-    summary_.grade = Grade::warn;
 }
 
 TrackedFilm FilmTracker::run(const TrackingOptions& options) {
@@ -922,7 +858,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
       const WitnessedPose& solved = joined[body][k];
       Eigen::Matrix3d covariance = solved.covariance;
       covariance.topLeftCorner<2, 2>() +=
-          calibration_.point_covariance(solved.pose.x, solved.pose.z);
+          camera_.calibration.point_covariance(solved.pose.x, solved.pose.z);
       const Eigen::Vector2d axis(std::cos(solved.pose.angle), std::sin(solved.pose.angle));
       covariance.topLeftCorner<2, 2>() += mass_shift * mass_shift * axis * axis.transpose();
       const std::size_t i = out.index(k, body);
@@ -944,7 +880,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   summary_.least_complete_particle = static_cast<double>(worst) / frames;
   summary_.mean_score = summary_.detections > 0 ? score_sum / summary_.detections : 0.0;
   const Eigen::Vector2d middle(tracks_[0].last.x, tracks_[0].last.z);
-  summary_.scale_px_per_mm = 1.0e-3 * calibration_.camera.scale(middle.x(), middle.y());
+  summary_.scale_px_per_mm = 1.0e-3 * camera_.calibration.camera.scale(middle.x(), middle.y());
   summary_.position_sigma_mm = 1.0e3 * median(position_sigmas);
   summary_.pixel_error_px = summary_.position_sigma_mm * summary_.scale_px_per_mm;
   summary_.angle_sigma_deg = median(angle_sigmas) / degree;
@@ -956,7 +892,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   result.summary = summary_;
 
   // 4. The findings drawn on the film, outside the clock
-  Findings findings{&calibration_.camera, &result.trajectories, {}, sightings_};
+  Findings findings{&camera_.calibration.camera, &result.trajectories, {}, camera_.sightings};
   for (const LearnedShape& body : learned.bodies) findings.shapes.push_back(body.shape);
   const int event_frame = std::clamp(
       static_cast<int>(std::lround(zero * experiment_.camera.frame_rate)), 0, frames - 1);
@@ -971,6 +907,16 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
 }
 
 }  // namespace
+
+void TrackingSummary::warn(std::string sentence) {
+  warnings.push_back(std::move(sentence));
+  if (grade == Grade::ok) grade = Grade::warn;
+}
+
+void TrackingSummary::fail(std::string sentence) {
+  warnings.push_back(std::move(sentence));
+  grade = Grade::fail;
+}
 
 std::string to_string(Grade grade) {
   switch (grade) {

@@ -33,6 +33,10 @@ struct TrackingSummary {
   Grade grade = Grade::ok;
   std::vector<std::string> warnings;  // sentences, with frame numbers
 
+  // Adds a sentence; the grade sinks to match.
+  void warn(std::string sentence);
+  void fail(std::string sentence);
+
   // Camera
   double scale_px_per_mm = 0.0;  // at the middle of the particles
   double distortion_k1 = 0.0, distortion_k2 = 0.0;

@@ -1,0 +1,84 @@
+#include "tracking/film_camera.h"
+
+#include <fmt/format.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "datasets/input_error.h"
+
+namespace graintruth::tracking {
+
+using datasets::InputError;
+
+namespace {
+constexpr std::size_t fewest = 4;  // fiducials that fix a camera
+}
+
+FilmCamera calibrate_on(const datasets::Experiment& experiment,
+                        const cv::Mat& first_frame,
+                        const std::string& where) {
+  const auto& given = experiment.camera.fiducials;
+  if (given.size() < fewest) {
+    throw InputError(fmt::format(
+        "{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
+        "calibrate the camera",
+        experiment.file.string(),
+        given.size(),
+        fewest));
+  }
+  cv::Mat grey;
+  cv::cvtColor(first_frame, grey, cv::COLOR_BGR2GRAY);
+  FilmCamera film;
+  film.sightings = find_fiducials(grey, given, experiment.camera.pixel_aspect);
+  if (film.sightings.size() < fewest) {
+    throw InputError(fmt::format(
+        "{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
+        "check that the dots are dark on a light ground, unobstructed, and that their "
+        "positions in the experiment file are right",
+        where,
+        film.sightings.size(),
+        given.size(),
+        fewest));
+  }
+  film.calibration =
+      calibrate(given, film.sightings, grey.cols, grey.rows, experiment.camera.pixel_aspect);
+  return film;
+}
+
+void describe_camera(const FilmCamera& film,
+                     const datasets::Experiment& experiment,
+                     double pixel,
+                     TrackingSummary& summary) {
+  const Calibration& calibration = film.calibration;
+  summary.fiducials_given = static_cast<int>(experiment.camera.fiducials.size());
+  summary.fiducials_found = static_cast<int>(film.sightings.size());
+  summary.fiducials_used = static_cast<int>(calibration.used.size());
+  summary.distortion_k1 = calibration.camera.k1();
+  summary.distortion_k2 = calibration.camera.k2();
+  summary.pixel_aspect = calibration.camera.pixel_aspect();
+  summary.calibration_rms_mm = 1.0e3 * calibration.rms;
+  summary.calibration_max_mm = 1.0e3 * calibration.max;
+  summary.calibration_leave_one_out_rms_mm = 1.0e3 * calibration.leave_one_out_rms;
+  summary.calibration_leave_one_out_max_mm = 1.0e3 * calibration.leave_one_out_max;
+  if (summary.fiducials_used < summary.fiducials_given) {
+    summary.warn(
+        fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not "
+                    "found or lie off.",
+                    summary.fiducials_used,
+                    summary.fiducials_given));
+  }
+  if (calibration.used.size() == fewest) {
+    summary.warn(
+        "Only four fiducials: the camera's distortion and the calibration's error cannot be "
+        "checked.");
+  }
+  if (calibration.rms > 0.5 * pixel) {
+    summary.fail(
+        fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is "
+                    "{:.2f} mm): positions in the experiment file may be wrong.",
+                    summary.calibration_rms_mm,
+                    0.5e3 * pixel));
+  }
+}
+
+}  // namespace graintruth::tracking
