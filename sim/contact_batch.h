@@ -8,6 +8,9 @@
 
 namespace graintruth::sim {
 
+// What a contact did at the last step.
+constexpr int kOpen = 0, kTouching = 1, kSliding = 2;  // kSliding only with static friction
+
 // Rows of a batch: few enough for what is used of them to stay in the first-level cache.
 constexpr int kBatchRows = 128;
 
@@ -34,7 +37,7 @@ struct ContactBatch {
 
   // Gathered
   std::array<int, kBatchRows> candidate, group;  // in the contact list
-  std::array<int, kBatchRows> was_touching;      // 1 or 0; at the last step
+  std::array<int, kBatchRows> was_touching;      // kOpen, kTouching or kSliding
   std::array<int, kBatchRows> pair;              // index into the pair materials
   BatchVectors<D> apart;            // m; between the centres of the two spheres (not with walls)
   BatchScalars distance_squared;    // m2 (not with walls)

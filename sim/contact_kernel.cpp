@@ -102,8 +102,15 @@ template <int D, class Law>
                                                  stiffness,
                                                  batch.contact_count.at(k));
     auto spring = batch.spring.at(k);
-    const ContactForce<D> force =
-        contact_force<D>(law, pair, motion, normal, overlap, stiffness, dashpot, spring);
+    const ContactForce<D> force = contact_force<D>(law,
+                                                   pair,
+                                                   motion,
+                                                   normal,
+                                                   overlap,
+                                                   stiffness,
+                                                   dashpot,
+                                                   batch.was_touching[k] == kSliding,
+                                                   spring);
     batch.spring.set(k, spring);
     batch.normal_force.set(k, force.normal);
     batch.tangential_force.set(k, force.tangential);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "sim/material.h"
 #include "sim/motion.h"
@@ -29,13 +30,44 @@ inline double hertz_energy(double stiffness, double overlap) {
 // Which law: the default one is fixed when the program is compiled, so that its loop has no
 // branches; any other is chosen when the simulation starts. Both run through the same functions.
 struct DefaultLaw {
+  static constexpr NormalSpring normal_spring = NormalSpring::hertz;
+  static constexpr TangentialSpring tangential_spring = TangentialSpring::mindlin;
+  static constexpr CoulombLimit coulomb_limit = CoulombLimit::whole;
+  static constexpr bool has_static_friction = false;
   static constexpr Tension tension = Tension::clipped;
   static constexpr DampingSharing sharing = DampingSharing::inv_sqrt_n;
+  static constexpr double linear_stiffness = 0.0, tangential_stiffness = 0.0;
 };
 struct ChosenLaw {
-  Tension tension = Tension::clipped;
-  DampingSharing sharing = DampingSharing::inv_sqrt_n;
+  NormalSpring normal_spring = DefaultLaw::normal_spring;
+  TangentialSpring tangential_spring = DefaultLaw::tangential_spring;
+  CoulombLimit coulomb_limit = DefaultLaw::coulomb_limit;
+  bool has_static_friction = DefaultLaw::has_static_friction;
+  Tension tension = DefaultLaw::tension;
+  DampingSharing sharing = DefaultLaw::sharing;
+  double linear_stiffness = 0.0;      // N/m; of NormalSpring::linear
+  double tangential_stiffness = 0.0;  // N/m; of TangentialSpring::constant
+  bool operator==(const ChosenLaw&) const = default;
 };
+
+// Elastic force, N, and the energy stored in it, J.
+//   Hertz   F = (2/3) k_n d,  W = (4/15) k_n d^2     linear   F = k d,  W = k d^2 / 2
+template <class Law>
+inline double elastic_force(const Law& law, double stiffness, double overlap) {
+  return law.normal_spring == NormalSpring::hertz ? hertz_force(stiffness, overlap)
+                                                  : stiffness * overlap;
+}
+template <class Law>
+inline double elastic_energy(const Law& law, double stiffness, double overlap) {
+  return law.normal_spring == NormalSpring::hertz ? hertz_energy(stiffness, overlap)
+                                                  : 0.5 * stiffness * overlap * overlap;
+}
+// N/m; k_t
+template <class Law>
+inline double tangential_stiffness_of(const Law& law, const PairMaterial& pair, double stiffness) {
+  return law.tangential_spring == TangentialSpring::mindlin ? pair.tangential_ratio * stiffness
+                                                            : law.tangential_stiffness;
+}
 
 // Dashpot constant per stiffness, s: what multiplies k_n (or k_t) of one of `count` simultaneous
 // contacts between the same two bodies. K = sum of their stiffnesses, m* = m1 m2/(m1 + m2) from the
@@ -74,11 +106,24 @@ struct ContactForce {
   bool slides;
 };
 
+// Variant b of Coulomb's limit adds the dashpot after it.
+template <class Law, class Tangent>
+inline Tangent with_late_dashpot(const Law& law,
+                                 Tangent force,
+                                 double viscosity,
+                                 Tangent velocity) {
+  if constexpr (std::is_same_v<Law, DefaultLaw>) return force;
+  return force - (law.coulomb_limit == CoulombLimit::spring ? viscosity : 0.0) * velocity;
+}
+
 // Force of one contact; advances its tangential spring (m, tangential displacement of the second
 // body).
 //   N = F_el - c_n v_n, not below zero when clipped
 //   F_t = -k_t spring - c_t v_t, at most mu N, N with the dashpot (thesis 1.71-1.72, fig. 1.4
-//   variant a); when limited, the spring is left with the stretch that carries mu N.
+//   variant a); when limited, the spring is left with the stretch that carries mu N. Variant b
+//   limits the spring's part at mu F_el and adds the dashpot after that. With static friction a
+//   contact that sticks holds up to mu_s N; once it has slid (`slid_before`) mu counts until it
+//   sticks.
 template <int D, class Law>
 inline ContactForce<D> contact_force(const Law& law,
                                      const PairMaterial& pair,
@@ -87,26 +132,33 @@ inline ContactForce<D> contact_force(const Law& law,
                                      double overlap,
                                      double stiffness,
                                      double dashpot,
+                                     bool slid_before,
                                      typename Motion<D>::Tangent& spring) {
   // 1. Normal spring and dashpot
-  const double whole = hertz_force(stiffness, overlap) - dashpot * stiffness * motion.normal_speed;
+  const double elastic = elastic_force(law, stiffness, overlap);
+  const double whole = elastic - dashpot * stiffness * motion.normal_speed;
   const double pressing = whole > 0.0 ? whole : 0.0;
 
   // 2. Tangential spring and dashpot
-  const double tangential_stiffness = pair.tangential_ratio * stiffness;
+  const double tangential_stiffness = tangential_stiffness_of(law, pair, stiffness);
   const auto stretched = turned_into_plane(spring, normal) + motion.slip;
-  const auto trial = -tangential_stiffness * stretched -
-                     (pair.tangential_damping * dashpot * stiffness) * motion.tangential;
+  const double viscosity = pair.tangential_damping * dashpot * stiffness;  // N s/m
+  const bool limits_whole = law.coulomb_limit == CoulombLimit::whole;
+  const auto trial =
+      -tangential_stiffness * stretched - (limits_whole ? viscosity : 0.0) * motion.tangential;
 
   // 3. Coulomb's limit
-  const double limit = pair.friction * pressing;
+  const double load = limits_whole ? pressing : elastic;
+  const double limit = pair.friction * load;
   const double length = length_of(trial);
-  const bool slides = length > limit;
-  const ContactForce<D> force{law.tension == Tension::clipped ? pressing : whole,
-                              (slides ? limit / length : 1.0) * trial,
-                              slides};
-  spring = chosen(slides, (-1.0 / tangential_stiffness) * force.tangential, stretched);
-  return force;
+  const bool holds =
+      law.has_static_friction && !slid_before && length <= pair.static_friction * load;
+  const bool slides = length > limit && !holds;
+  const double share = slides ? limit / length : 1.0;
+  spring = chosen(slides, (-1.0 / tangential_stiffness) * (share * trial), stretched);
+  return {law.tension == Tension::clipped ? pressing : whole,
+          with_late_dashpot(law, share * trial, viscosity, motion.tangential),
+          slides};
 }
 
 }  // namespace graintruth::sim

@@ -40,7 +40,8 @@ struct ContactList {
   std::vector<double> reach;             // m; sum of the radii
   std::vector<double> stiffness_factor;  // N/m^1.5; 2 E* sqrt(R*)
   std::vector<typename Motion<D>::Tangent> spring;
-  std::vector<int> is_touching;  // 0 or 1; not bytes, whose stores could alias everything
+  // kOpen, kTouching or kSliding; not bytes, whose stores could alias everything
+  std::vector<int> is_touching;
 
   void clear();
   void add(int first, int second, double sum_of_radii, double factor);

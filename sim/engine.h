@@ -58,6 +58,7 @@ class Engine {
   void add_forces(Observer& observe);
   template <class Law, class Observer>
   int add_forces_of_law(const Law& law, Observer& observe);
+  void choose_law();
   void start();
   void find_contacts();
   void find_contacts_if_moved();
@@ -75,6 +76,7 @@ class Engine {
   SimulationOptions options_;
   Vec<D> gravity_;
   PairTable pairs_;
+  ChosenLaw law_;
   int material_count_ = 0;
   Bodies<D> bodies_;
   std::vector<Wall> walls_at_rest_, walls_;

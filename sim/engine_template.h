@@ -29,7 +29,7 @@ struct WorkTally {
   void operator()(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
-      const double elastic = hertz_force(batch.stiffness.at(k), batch.overlap.at(k));
+      const double elastic = elastic_force(view.law, batch.stiffness.at(k), batch.overlap.at(k));
       damping_loss += (elastic - batch.normal_force.at(k)) * batch.normal_speed.at(k) * time_step;
       tangential_work -=
           product_of(batch.tangential_force.at(k), batch.tangential_speed.at(k)) * time_step;
@@ -45,8 +45,9 @@ struct SpringEnergy {
   void operator()(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
-      normal += hertz_energy(batch.stiffness.at(k), batch.overlap.at(k));
-      const double stiffness = view.pairs[batch.pair[k]].tangential_ratio * batch.stiffness.at(k);
+      normal += elastic_energy(view.law, batch.stiffness.at(k), batch.overlap.at(k));
+      const double stiffness =
+          tangential_stiffness_of(view.law, view.pairs[batch.pair[k]], batch.stiffness.at(k));
       tangential += 0.5 * stiffness * product_of(batch.spring.at(k), batch.spring.at(k));
     }
   }
@@ -180,7 +181,8 @@ template <int D>
 void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<KeptContact>& kept) {
   for (int c = 0; c < list.count(); ++c) {
     if (!list.is_touching[c]) continue;
-    KeptContact contact{list.first_sphere[c], second_of(list, c, with_walls), {}};
+    KeptContact contact{
+        list.first_sphere[c], second_of(list, c, with_walls), list.is_touching[c], {}};
     if constexpr (D == 2) {
       contact.spring[0] = list.spring[c];
     } else {
@@ -203,7 +205,7 @@ void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList
       continue;
     }
     const double* spring = kept[next].spring;
-    list.is_touching[c] = 1;
+    list.is_touching[c] = static_cast<int>(kept[next].state);
     if constexpr (D == 2) {
       list.spring[c] = spring[0];
     } else {
@@ -281,9 +283,26 @@ void Engine<D>::use_pairs(const Scene& scene, const SimulationOptions& options) 
                                             scene.materials[j],
                                             scene.surfaces.of(i, j),
                                             options.tension,
-                                            options.tangential_damping);
+                                            options.tangential_damping,
+                                            options.normal_spring,
+                                            options.damping_form);
       pairs_[j * material_count_ + i] = pairs_[i * material_count_ + j];
     }
+  }
+  choose_law();
+}
+
+template <int D>
+void Engine<D>::choose_law() {
+  law_ = {.normal_spring = options_.normal_spring,
+          .tangential_spring = options_.tangential_spring,
+          .coulomb_limit = options_.coulomb_limit,
+          .tension = options_.tension,
+          .sharing = options_.damping_sharing,
+          .linear_stiffness = options_.linear_stiffness,
+          .tangential_stiffness = options_.tangential_stiffness};
+  for (const PairMaterial& pair : pairs_) {
+    if (pair.static_friction > pair.friction) law_.has_static_friction = true;
   }
 }
 
@@ -320,11 +339,8 @@ void Engine<D>::add_forces(Observer& observe) {
     std::fill(bodies_.load.begin(), bodies_.load.end(), Load<D>{});
     clear_wall_forces();
   }
-  const ChosenLaw chosen{options_.tension, options_.damping_sharing};
-  const bool is_default =
-      chosen.tension == DefaultLaw::tension && chosen.sharing == DefaultLaw::sharing;
-  const int touching =
-      is_default ? add_forces_of_law(DefaultLaw{}, observe) : add_forces_of_law(chosen, observe);
+  const int touching = law_ == ChosenLaw{} ? add_forces_of_law(DefaultLaw{}, observe)
+                                           : add_forces_of_law(law_, observe);
   if constexpr (Observer::commits) contact_steps_ += touching;
 }
 
@@ -668,6 +684,7 @@ void Engine<D>::restore(const Snapshot& snapshot) {
   tangential_work_ = snapshot.tangential_work;
   wall_work_ = snapshot.wall_work;
   pairs_ = snapshot.pairs;
+  choose_law();
   walls_at_rest_ = snapshot.walls;
   walls_ = walls_at_rest_;
   list_moving_walls();

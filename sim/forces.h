@@ -33,8 +33,12 @@ struct BatchView {
   const ContactBatch<D>& batch;
   const ContactList<D>& list;
   const PairTable& pairs;
+  ChosenLaw law;
   bool with_walls;
 };
+
+inline ChosenLaw as_chosen(const DefaultLaw&) { return {}; }
+inline ChosenLaw as_chosen(const ChosenLaw& law) { return law; }
 
 // Observers of the loop. `commits`: springs are carried on and forces are summed.
 struct StepOnly {
@@ -273,9 +277,20 @@ void look_for_deep_overlap(const ForceSetting& setting,
   }
 }
 
-template <int D>
-void keep_springs_of(const ContactBatch<D>& batch, ContactList<D>& list) {
+template <int D, class Law>
+void keep_springs_of(const Law& law, const ContactBatch<D>& batch, ContactList<D>& list) {
   for (int k = 0; k < batch.count; ++k) list.spring[batch.candidate[k]] = batch.spring.at(k);
+  if (!law.has_static_friction) return;
+  for (int k = 0; k < batch.count; ++k) {
+    if (batch.slides.at(k) != 0.0) list.is_touching[batch.candidate[k]] = kSliding;
+  }
+}
+
+// A linear spring is as stiff at any overlap.
+template <int D, class Law>
+void use_linear_stiffness(const Law& law, ContactBatch<D>& batch) {
+  if (law.normal_spring == NormalSpring::hertz) return;
+  std::fill_n(batch.stiffness.value.begin(), batch.count, law.linear_stiffness);
 }
 
 // Action and reaction.
@@ -331,16 +346,18 @@ int add_pair_forces(const Law& law,
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) {
         detail::gather_pairs<D, false>(setting, part, list, bodies, batch);
+        detail::use_linear_stiffness(law, batch);
       };
       detail::sum_spread_group(list.groups[list.group_of[range.begin]], look, batch);
     }
     detail::gather_pairs<D, Observer::commits>(setting, range, list, bodies, batch);
+    detail::use_linear_stiffness(law, batch);
     if (!range.is_part) sum_groups(batch);
     detail::look_for_deep_overlap(setting, list, bodies, batch, false, trouble);
     apply_law(law, *setting.pairs, batch);
-    observe(BatchView<D>{batch, list, *setting.pairs, false});
+    observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), false});
     if constexpr (Observer::commits) {
-      detail::keep_springs_of(batch, list);
+      detail::keep_springs_of(law, batch, list);
       detail::load_bodies(batch, list, bodies);
     }
     contact_count += batch.count;
@@ -364,17 +381,19 @@ int add_wall_forces(const Law& law,
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) {
         detail::gather_walls<D, false>(setting, part, walls, surfaces, list, bodies, batch);
+        detail::use_linear_stiffness(law, batch);
       };
       detail::sum_spread_group(list.groups[list.group_of[range.begin]], look, batch);
     }
     detail::gather_walls<D, Observer::commits>(
         setting, range, walls, surfaces, list, bodies, batch);
+    detail::use_linear_stiffness(law, batch);
     if (!range.is_part) sum_groups(batch);
     detail::look_for_deep_overlap(setting, list, bodies, batch, true, trouble);
     apply_law(law, *setting.pairs, batch);
-    observe(BatchView<D>{batch, list, *setting.pairs, true});
+    observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), true});
     if constexpr (Observer::commits) {
-      detail::keep_springs_of(batch, list);
+      detail::keep_springs_of(law, batch, list);
       detail::load_walls(batch, list, bodies, surfaces);
     }
     contact_count += batch.count;

@@ -1,5 +1,6 @@
 #include "sim/material.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -28,6 +29,13 @@ void check(const Surfaces& surfaces) {
     throw std::invalid_argument("Surfaces: friction is " + std::to_string(surfaces.friction) +
                                 ", must be finite and not below 0");
   }
+  if (!(surfaces.static_friction >= 0.0) || std::isinf(surfaces.static_friction) ||
+      (surfaces.static_friction > 0.0 && surfaces.static_friction < surfaces.friction)) {
+    throw std::invalid_argument("Surfaces: static_friction is " +
+                                std::to_string(surfaces.static_friction) +
+                                ", must be finite and not below friction, " +
+                                std::to_string(surfaces.friction) + ", or 0 for the same");
+  }
   if (!(surfaces.restitution > 0.0 && surfaces.restitution <= 1.0)) {
     throw std::invalid_argument("Surfaces: restitution is " + std::to_string(surfaces.restitution) +
                                 ", must be above 0 and at most 1");
@@ -38,7 +46,9 @@ PairMaterial mix(const Material& first,
                  const Material& second,
                  const Surfaces& surfaces,
                  Tension tension,
-                 double tangential_damping_ratio) {
+                 double tangential_damping_ratio,
+                 NormalSpring spring,
+                 DampingForm form) {
   check(first);
   check(second);
   check(surfaces);
@@ -57,10 +67,14 @@ PairMaterial mix(const Material& first,
   pair.normal_modulus = 1.0 / normal;
   pair.tangential_ratio = 4.0 * normal / shear;
   pair.friction = surfaces.friction;
-  pair.damping_ratio = damping_ratio_for(surfaces.restitution, tension);
+  pair.static_friction = std::max(surfaces.static_friction, surfaces.friction);
+  const bool is_exact = form == DampingForm::exact;
+  pair.damping_ratio =
+      damping_ratio_for(surfaces.restitution, is_exact ? tension : Tension::allowed, spring);
   // c_n = 2 sqrt(5/6) beta sqrt(k_n m*) with the tangent stiffness k_n (thesis 1.22, Tsuji et al.
-  // 1992)
-  pair.normal_damping = 2.0 * std::sqrt(5.0 / 6.0) * pair.damping_ratio;
+  // 1992); without the 5/6 for a linear spring and in the thesis's form
+  const bool is_hertz = is_exact && spring == NormalSpring::hertz;
+  pair.normal_damping = 2.0 * (is_hertz ? std::sqrt(5.0 / 6.0) : 1.0) * pair.damping_ratio;
   // The same with k_t: c_t / c_n = sqrt(k_t / k_n)
   pair.tangential_damping = tangential_damping_ratio * std::sqrt(pair.tangential_ratio);
   return pair;

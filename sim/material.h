@@ -22,6 +22,8 @@ double shear_modulus(const Material& material);
 struct Surfaces {
   double friction = 0.0;     // -; Coulomb, dynamic
   double restitution = 1.0;  // -; rebound speed over impact speed of a central impact, in (0, 1]
+  // -; Coulomb, holds a contact that has not slid since it last stuck; 0: the same as `friction`
+  double static_friction = 0.0;
 };
 
 // May a damped contact pull? A cohesionless bed cannot, so the force is cut off at zero unless the
@@ -33,13 +35,31 @@ enum class Tension { clipped, allowed };
 // kept for comparison.
 enum class DampingSharing { inv_sqrt_n, inv_n, none };
 
+// Spring along the normal: Hertz, or one constant stiffness for all contacts.
+enum class NormalSpring { hertz, linear };
+
+// Stiffness of the spring across the normal: that of Mindlin, which follows the pressure, or one
+// constant for all contacts.
+enum class TangentialSpring { mindlin, constant };
+
+// What Coulomb's limit limits (thesis fig. 1.4). whole: spring and dashpot together, at mu times
+// the whole normal force (variant a); spring: the spring alone, at mu times the normal spring's
+// force, the dashpot is added after it (variant b).
+enum class CoulombLimit { whole, spring };
+
+// exact: the dashpot that rebounds as asked. thesis: c_n = 2 beta sqrt(k_n m*) with the beta of a
+// linear spring (thesis 1.20-1.21), which rebounds less than asked: 0.837 for 0.85, 0.477 for 0.5
+// when the contact may pull. Offered to compare with the thesis.
+enum class DampingForm { exact, thesis };
+
 // The mixed constants of one pair of materials, ready for the contact law.
 struct PairMaterial {
   double normal_modulus = 0.0;      // Pa; E*
   double tangential_ratio = 0.0;    // -; k_t / k_n
   double friction = 0.0;            // -
+  double static_friction = 0.0;     // -; not below friction
   double damping_ratio = 0.0;       // -; beta
-  double normal_damping = 0.0;      // -; 2 sqrt(5/6) beta
+  double normal_damping = 0.0;      // -; 2 sqrt(5/6) beta; 2 beta for a linear spring
   double tangential_damping = 0.0;  // -; factor on the normal dashpot constant
 };
 
@@ -56,7 +76,9 @@ PairMaterial mix(const Material& first,
                  const Material& second,
                  const Surfaces& surfaces,
                  Tension tension,
-                 double tangential_damping_ratio);
+                 double tangential_damping_ratio,
+                 NormalSpring spring = NormalSpring::hertz,
+                 DampingForm form = DampingForm::exact);
 
 // Throw std::invalid_argument naming the field, its value and the rule it breaks.
 void check(const Material& material);

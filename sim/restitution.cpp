@@ -14,18 +14,23 @@ namespace {
 constexpr int kStepsPerContact = 2000;
 constexpr double kLargestDampingRatio = 100.0;
 
-// The damped Hertz impact without dimensions (Antypov and Elliott 2011):
-//   x'' = -x^1.5 - a x^0.25 x',  a = sqrt(5) beta,  x(0) = 0, x'(0) = 1
-// ended where the force, not the overlap, becomes zero. Fourth-order Runge-Kutta.
-double clipped_restitution(double damping_ratio) {
-  const double damping = std::sqrt(5.0) * damping_ratio;
-  const auto force = [damping](double x, double v) {
+// The damped impact without dimensions:
+//   Hertz    x'' = -x^1.5 - a x^0.25 x',  a = sqrt(5) beta    (Antypov and Elliott 2011)
+//   linear   x'' = -x - 2 beta x'
+// from x(0) = 0, x'(0) = 1, ended where the force, not the overlap, becomes zero. Fourth-order
+// Runge-Kutta.
+double clipped_restitution(double damping_ratio, NormalSpring spring) {
+  const bool is_linear = spring == NormalSpring::linear;
+  const double damping = (is_linear ? 2.0 : std::sqrt(5.0)) * damping_ratio;
+  const auto force = [=](double x, double v) {
+    if (is_linear) return x + damping * v;
     const double root = std::sqrt(std::max(x, 0.0));
     return x * root + damping * std::sqrt(root) * v;
   };
-  // Elastic contact duration 2.943 d_max / v with d_max = (5/4)^(2/5); strong damping needs a finer
-  // step.
-  const double longest = 2.9432752 * std::pow(1.25, 0.4) / kStepsPerContact / (1.0 + damping_ratio);
+  // Elastic contact duration: pi; of Hertz 2.943 d_max / v with d_max = (5/4)^(2/5). Strong damping
+  // needs a finer step.
+  const double duration = is_linear ? std::numbers::pi : 2.9432752 * std::pow(1.25, 0.4);
+  const double longest = duration / kStepsPerContact / (1.0 + damping_ratio);
   double x = 0.0;
   double v = 1.0;
   double time = 0.0;
@@ -61,15 +66,15 @@ double unclipped_damping_ratio(double restitution) {
 
 }  // namespace
 
-double restitution_of(double damping_ratio, Tension tension) {
+double restitution_of(double damping_ratio, Tension tension, NormalSpring spring) {
   if (damping_ratio == 0.0) return 1.0;
-  if (tension == Tension::clipped) return clipped_restitution(damping_ratio);
+  if (tension == Tension::clipped) return clipped_restitution(damping_ratio, spring);
   return damping_ratio >= 1.0 ? 0.0
                               : std::exp(-std::numbers::pi * damping_ratio /
                                          std::sqrt(1.0 - damping_ratio * damping_ratio));
 }
 
-double damping_ratio_for(double restitution, Tension tension) {
+double damping_ratio_for(double restitution, Tension tension, NormalSpring spring) {
   check(Surfaces{.restitution = restitution});
   if (restitution == 1.0) return 0.0;
   const double unclipped = unclipped_damping_ratio(restitution);
@@ -77,7 +82,7 @@ double damping_ratio_for(double restitution, Tension tension) {
 
   // 1. Bracket: clipping takes damping away, so the unclipped ratio rebounds too far
   double low = unclipped;
-  double low_error = clipped_restitution(low) - restitution;
+  double low_error = clipped_restitution(low, spring) - restitution;
   double high = low;
   double high_error = low_error;
   while (high_error > 0.0) {
@@ -88,14 +93,14 @@ double damping_ratio_for(double restitution, Tension tension) {
       throw std::invalid_argument("damping_ratio_for: restitution " + std::to_string(restitution) +
                                   " is too small for a contact that cannot pull");
     }
-    high_error = clipped_restitution(high) - restitution;
+    high_error = clipped_restitution(high, spring) - restitution;
   }
   // 2. Regula falsi with halving of the kept end (Illinois)
   double ratio = high;
   int kept = 0;
   for (int i = 0; i < 100 && high - low > 1e-9 * high; ++i) {
     ratio = (low * high_error - high * low_error) / (high_error - low_error);
-    const double error = clipped_restitution(ratio) - restitution;
+    const double error = clipped_restitution(ratio, spring) - restitution;
     if (std::abs(error) < 1e-9) break;
     if (error > 0.0) {
       low = ratio;

@@ -34,11 +34,32 @@ void check(const SimulationOptions& options) {
           "global_damping",
           options.global_damping,
           "must not be below 0");
+  const bool is_linear = options.normal_spring == NormalSpring::linear;
+  require(is_linear == (options.linear_stiffness > 0.0),
+          "linear_stiffness",
+          options.linear_stiffness,
+          "must be above 0 with a linear spring and 0 without one");
+  const bool is_constant = options.tangential_spring == TangentialSpring::constant;
+  require(is_constant == (options.tangential_stiffness > 0.0),
+          "tangential_stiffness",
+          options.tangential_stiffness,
+          "must be above 0 with a constant tangential spring and 0 without one");
   require(options.skin >= 0.0, "skin", options.skin, "must not be below 0");
   require(options.largest_move > 0.0, "largest_move", options.largest_move, "must be above 0");
   require(
       options.largest_overlap > 0.0, "largest_overlap", options.largest_overlap, "must be above 0");
 }
+
+namespace {
+
+// The step of the scene; with a linear spring also at most what that needs.
+double longest_step_of(const Scene& scene, const SimulationOptions& options) {
+  const double step = choose_time_step(scene, options.time_step);
+  if (options.normal_spring == NormalSpring::hertz) return step;
+  return std::min(step, linear_time_step(scene, options.linear_stiffness, options.time_step));
+}
+
+}  // namespace
 
 struct Simulation::Engines {
   Scene scene;
@@ -50,7 +71,7 @@ struct Simulation::Engines {
   Engines(const Scene& start, const SimulationOptions& chosen)
       : scene(start),
         options(chosen),
-        longest_step(choose_time_step(start, chosen.time_step)),
+        longest_step(longest_step_of(start, chosen)),
         engine(start.planar
                    ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, start, chosen)
                    : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, start, chosen)) {}
@@ -169,7 +190,9 @@ void Simulation::set_global_damping(double per_second) {
 }
 
 void Simulation::set_time_step(const TimeStepOptions& options) {
-  engines_->longest_step = choose_time_step(engines_->scene, options);
+  SimulationOptions changed = engines_->options;
+  changed.time_step = options;
+  engines_->longest_step = longest_step_of(engines_->scene, changed);
   engines_->options.time_step = options;
 }
 
@@ -193,7 +216,7 @@ void Simulation::add_bodies(const std::vector<Body>& bodies) {
   next.bodies = std::move(together);
   check(next);
   all.scene = std::move(next);
-  all.longest_step = choose_time_step(all.scene, all.options.time_step);
+  all.longest_step = longest_step_of(all.scene, all.options);
   all.visit([&all](auto& engine) {
     std::decay_t<decltype(engine)> grown(all.scene, all.options, &engine);
     engine = std::move(grown);

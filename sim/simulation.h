@@ -19,6 +19,12 @@ enum class RunStatus { completed, unstable, timed_out };
 
 struct SimulationOptions {
   TimeStepOptions time_step = {};
+  NormalSpring normal_spring = NormalSpring::hertz;
+  double linear_stiffness = 0.0;  // N/m; of every contact, with NormalSpring::linear alone
+  TangentialSpring tangential_spring = TangentialSpring::mindlin;
+  double tangential_stiffness = 0.0;  // N/m; with TangentialSpring::constant alone
+  CoulombLimit coulomb_limit = CoulombLimit::whole;
+  DampingForm damping_form = DampingForm::exact;
   Tension tension = Tension::clipped;
   DampingSharing damping_sharing = DampingSharing::inv_sqrt_n;
   double tangential_damping = 1.0;  // -; tangential over normal damping ratio, 0 for none

@@ -122,7 +122,8 @@ template <class Archive, class Contacts>
 void walk_contacts(Archive& archive, Contacts& contacts) {
   archive.length_of(contacts);
   for (auto& c : contacts) {
-    walk(archive, c.first_sphere, c.second, c.spring[0], c.spring[1], c.spring[2]);
+    walk(archive, c.first_sphere, c.second, c.state);
+    walk(archive, c.spring[0], c.spring[1], c.spring[2]);
   }
 }
 
@@ -138,7 +139,11 @@ void walk_snapshot(Archive& archive, SomeSnapshot& s) {
   archive.length_of(s.pairs);
   for (auto& pair : s.pairs) {
     walk(archive, pair.normal_modulus, pair.tangential_ratio, pair.friction);
-    walk(archive, pair.damping_ratio, pair.normal_damping, pair.tangential_damping);
+    walk(archive,
+         pair.static_friction,
+         pair.damping_ratio,
+         pair.normal_damping,
+         pair.tangential_damping);
   }
   archive.length_of(s.walls);
   for (auto& wall : s.walls) walk_wall(archive, wall);

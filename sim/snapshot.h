@@ -17,7 +17,8 @@ namespace graintruth::sim {
 struct KeptContact {
   std::int64_t first_sphere = 0;  // counted through all bodies
   std::int64_t second = 0;
-  double spring[3] = {};  // m; planar: the first alone
+  std::int64_t state = 1;  // 1 touching, 2 sliding (static friction remembers it)
+  double spring[3] = {};   // m; planar: the first alone
 };
 
 struct Snapshot {

@@ -128,4 +128,15 @@ double choose_time_step(const Scene& scene, const TimeStepOptions& options) {
   return step;
 }
 
+double linear_time_step(const Scene& scene, double stiffness, const TimeStepOptions& options) {
+  double step = std::numeric_limits<double>::infinity();
+  for (const Impact& impact : possible_impacts(scene)) {
+    const double duration = std::numbers::pi * std::sqrt(impact.reduced_mass / stiffness);
+    step = std::min({step,
+                     duration / options.steps_per_contact,
+                     kStiffnessSafety * stiffness_time_step(impact.turned_mass, stiffness)});
+  }
+  return step;
+}
+
 }  // namespace graintruth::sim

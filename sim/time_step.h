@@ -51,4 +51,8 @@ struct TimeStepOptions {
 // that are not above zero.
 double choose_time_step(const Scene& scene, const TimeStepOptions& options);
 
+// The same for springs of one constant stiffness (N/m): contact duration pi sqrt(m*/k) over steps
+// per contact, and half the stiffness limit.
+double linear_time_step(const Scene& scene, double stiffness, const TimeStepOptions& options);
+
 }  // namespace graintruth::sim
