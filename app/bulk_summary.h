@@ -4,19 +4,30 @@
 #include <string>
 #include <vector>
 
+#include "app/films.h"
 #include "datasets/experiment.h"
 #include "datasets/run_folder.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::app {
 
+// Films of a bin that can be measured, and their tracks.
+struct BinFilms {
+  datasets::Experiment experiment;  // with the replicates of these films alone
+  std::vector<datasets::Trajectories> tracks;
+  std::vector<std::string> left_out;  // names of films whose moving plates are smeared
+};
+
+// Leaves out films with smeared plates: only their bed at rest can be followed, and it would look
+// as if all else had left. Reads tracking.json.
+BinFilms measurable_films(const datasets::Experiment& experiment,
+                          const TrackedFilms& films,
+                          const datasets::RunFolder& folder);
+
 // Discharge, steady rate, pauses, bed and velocity profile of each replicate; rate of each orifice
 // with its interval from the scatter of replicates; Beverloo's C and k where there are at least
 // three orifices; the kinematic B of each orifice. Writes measured.json and tables/*.csv, and
-// returns what a person wants to read first. `tracks` are in the order of the experiment's
-// replicates.
-std::string write_bulk_measurements(const datasets::Experiment& experiment,
-                                    const std::vector<datasets::Trajectories>& tracks,
-                                    const datasets::RunFolder& folder);
+// returns what a person wants to read first.
+std::string write_bulk_measurements(const BinFilms& films, const datasets::RunFolder& folder);
 
 }  // namespace graintruth::app

@@ -1,9 +1,13 @@
 // graintruth calibrate: the main job, from films to calibrated parameters and their report.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "app/session.h"
+#include "calibrate/bin_result_files.h"
+#include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
 #include "calibrate/result_files.h"
 
@@ -11,14 +15,14 @@ namespace graintruth::app {
 
 namespace {
 
+// What the command asks for, on top of what a calibration of this kind does by default.
 calibrate::CalibrationOptions calibration_options(const CalibrateCommand& command,
-                                                  Session& session) {
-  calibrate::CalibrationOptions options;
+                                                  Session& session,
+                                                  calibrate::CalibrationOptions options) {
   options.seed = command.common.seed;
   options.jobs = session.jobs();
   if (command.budget > 0) options.budget = command.budget;
   options.time_limit = command.time_limit;
-  options.largest_time_step_fraction = calibrate::largest_time_step_fraction(session.experiment());
   options.progress = [&session](const calibrate::CalibrationProgress& progress) {
     const std::string best =
         std::isfinite(progress.best) ? fmt::format(", objective {:.3f}", progress.best) : "";
@@ -33,7 +37,7 @@ calibrate::CalibrationOptions calibration_options(const CalibrateCommand& comman
   return options;
 }
 
-void print_parameters(const calibrate::CalibrationResult& result) {
+void print_parameters(const calibrate::SearchResult& result) {
   for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
     const std::string interval = parameter.interval ? fmt::format("95 % interval {:.3f} to {:.3f}",
                                                                   parameter.interval->lower,
@@ -49,6 +53,9 @@ void print_parameters(const calibrate::CalibrationResult& result) {
              "time_step",
              result.time_step.fraction,
              result.time_step.time_step);
+}
+
+void print_agreement(const calibrate::CalibrationResult& result) {
   fmt::print(
       "Agreement {:.1f} % (Student t; ceiling {:.1f} %, a replicate scores {:.1f} %), {:.1f} % in "
       "the thesis's form "
@@ -61,34 +68,87 @@ void print_parameters(const calibrate::CalibrationResult& result) {
       result.context.thesis_leave_one_out);
 }
 
+void print_rates(const calibrate::BinCalibrationResult& result) {
+  for (const calibrate::OrificeComparison& row : result.orifices) {
+    fmt::print(
+        "Orifice {:4.0f} mm{:12} {:7.2f} g/s filmed, {:7.2f} simulated: E {:+6.2f}, u_val {:5.2f} "
+        "g/s; curve inside the films' band {:3.0f} % of the time\n",
+        1e3 * row.orifice,
+        row.held_out ? ", held out" : "",
+        1e3 * row.filmed,
+        1e3 * row.simulated,
+        1e3 * row.error(),
+        1e3 * row.validation_uncertainty(),
+        100.0 * row.curve_inside);
+  }
+}
+
+// run.json, the journal's copy, and what a person wants to read first.
+void conclude(const CalibrateCommand& command,
+              const calibrate::CalibrationOptions& options,
+              const calibrate::SearchResult& result,
+              int simulated,
+              calibrate::Journal& journal,
+              Session& session) {
+  calibrate::write_journal_csv(session.folder().journal_csv(), journal);
+  RunRecord& record = session.record();
+  record.simulations_run = simulated;
+  record.stages.insert(record.stages.end(), result.stages.begin(), result.stages.end());
+  record.options = {{"budget", std::to_string(options.budget)},
+                    {"search_seeds", std::to_string(options.search_seeds)},
+                    {"confirmation_seeds", std::to_string(options.confirmation_seeds)}};
+  if (command.common.json) return;
+  if (!session.experiment().note.empty()) fmt::print("{}\n", session.experiment().note);
+  print_parameters(result);
+}
+
+// Films of particles that stay in the picture.
+void calibrate_tracks(const CalibrateCommand& command, Session& session) {
+  const calibrate::Problem problem = session.problem();
+  calibrate::Journal journal(session.folder().journal());
+  const auto ensemble = session.ensemble(problem, journal);
+  calibrate::CalibrationOptions options = calibration_options(command, session, {});
+  options.largest_time_step_fraction = calibrate::largest_time_step_fraction(session.experiment());
+  calibrate::CalibrationResult result = calibrate::calibrate(problem, *ensemble, options);
+  session.add_film_warnings(result.warnings);
+  calibrate::write_calibration(session.folder(), problem, options, result, session.seconds());
+  conclude(command, options, result, ensemble->simulated(), journal, session);
+  if (!command.common.json) print_agreement(result);
+}
+
+// Films of particles that run out of a bin.
+void calibrate_flow(const CalibrateCommand& command, Session& session) {
+  const calibrate::BinProblem problem = session.bin_problem();
+  std::vector<std::size_t> every_film(problem.starts.size());
+  std::iota(every_film.begin(), every_film.end(), 0);
+  calibrate::Journal journal(session.folder().journal());
+  const auto searched =
+      session.ensemble(problem, problem.calibrated_films, problem.calibrated, journal);
+  const auto all = session.ensemble(problem, every_film, problem.all, journal);
+  calibrate::CalibrationOptions options =
+      calibration_options(command, session, calibrate::bin_options());
+  options.largest_time_step_fraction = 1.0;
+  for (const calibrate::BinStart& start : problem.starts) {
+    options.largest_time_step_fraction =
+        std::min(options.largest_time_step_fraction, calibrate::largest_time_step_fraction(start));
+  }
+  calibrate::BinCalibrationResult result =
+      calibrate::calibrate_bin(problem, *searched, *all, options);
+  session.add_film_warnings(result.warnings);
+  calibrate::write_bin_calibration(session.folder(), problem, options, result, session.seconds());
+  conclude(command, options, result, searched->simulated() + all->simulated(), journal, session);
+  if (!command.common.json) print_rates(result);
+}
+
 }  // namespace
 
 int run_calibrate(const CalibrateCommand& command) {
-  // 1. Films to tracks
   Session session("calibrate", command.common, command.experiment);
   session.track();
-  const calibrate::Problem problem = session.problem();
-
-  // 2. Search, confirm, and say how sure
-  calibrate::Journal journal(session.folder().journal());
-  const auto ensemble = session.ensemble(problem, journal);
-  const calibrate::CalibrationOptions options = calibration_options(command, session);
-  calibrate::CalibrationResult result = calibrate::calibrate(problem, *ensemble, options);
-  const std::vector<std::string>& film_warnings = session.films().warnings;
-  result.warnings.insert(result.warnings.end(), film_warnings.begin(), film_warnings.end());
-
-  // 3. Result, tables and report
-  session.record().simulations_run = ensemble->simulated();
-  calibrate::write_calibration(session.folder(), problem, options, result, session.seconds());
-  calibrate::write_journal_csv(session.folder().journal_csv(), journal);
-  auto& stages = session.record().stages;
-  stages.insert(stages.end(), result.stages.begin(), result.stages.end());
-  session.record().options = {{"budget", std::to_string(options.budget)},
-                              {"search_seeds", std::to_string(options.search_seeds)},
-                              {"confirmation_seeds", std::to_string(options.confirmation_seeds)}};
-  if (!command.common.json) {
-    if (!problem.experiment.note.empty()) fmt::print("{}\n", problem.experiment.note);
-    print_parameters(result);
+  if (session.experiment().rig.bin) {
+    calibrate_flow(command, session);
+  } else {
+    calibrate_tracks(command, session);
   }
   session.finish();
   return 0;

@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/first_frame.h"
+#include "calibrate/bin_calibration.h"
 #include "calibrate/calibration.h"
 #include "calibrate/dem_simulator.h"
 #include "datasets/input_error.h"
@@ -51,16 +52,14 @@ void print_what(const Experiment& experiment) {
                  : std::string(),
              1e3 * experiment.rig.front_back_gap);
   if (experiment.rig.bin) {
-    fmt::print(
-        "measured    {} films: discharge, rates, bed, velocity profiles; a bin is not "
-        "calibrated on\n",
-        experiment.replicates.size());
-    return;
+    fmt::print("compared    {} films: flow rates, what stays behind, velocity profiles\n",
+               experiment.replicates.size());
+  } else {
+    fmt::print("compared    {} replicates at {} moments, 0 to {:.4g} s from the start event\n",
+               experiment.replicates.size(),
+               experiment.measurement.frames,
+               last_time(experiment));
   }
-  fmt::print("compared    {} replicates at {} moments, 0 to {:.4g} s from the start event\n",
-             experiment.replicates.size(),
-             experiment.measurement.frames,
-             last_time(experiment));
   const calibrate::ParameterSet bench = calibrate::bench_parameters(experiment);
   for (const std::string_view name : calibrate::parameter_names) {
     const auto tuned = std::find_if(experiment.tuned.begin(),
@@ -259,7 +258,7 @@ int run_check(const CheckCommand& command) {
                                         : command.common.out;
   Findings findings;
   print_what(experiment);
-  if (!experiment.rig.bin) check_search(experiment, findings);
+  check_search(experiment, findings);
   check_particle(experiment, findings);
 
   // 2. Films and tracks
@@ -283,26 +282,35 @@ int run_check(const CheckCommand& command) {
       findings.missing.emplace_back(error.what());
     }
   }
-  if (findings.missing.empty() && !experiment.rig.bin &&
-      tracks.size() == experiment.replicates.size()) {
+  if (findings.missing.empty() && tracks.size() == experiment.replicates.size()) {
     try {
-      calibrate::make_problem(experiment, tracks);
+      if (experiment.rig.bin) {
+        calibrate::make_bin_problem(experiment, tracks);
+      } else {
+        calibrate::make_problem(experiment, tracks);
+      }
     } catch (const datasets::InputError& error) {
       findings.missing.emplace_back(error.what());
     }
   }
 
   // 3. What it will cost
-  if (findings.missing.empty() && !experiment.rig.bin)
+  if (findings.missing.empty() && experiment.rig.bin) {
+    const int budget = command.budget > 0 ? command.budget : calibrate::bin_options().budget;
+    fmt::print(
+        "to come     a simulation of every film for each of {} evaluations; 200 plates take some 3 "
+        "s "
+        "a film, so nine films about half an hour on 2 cores, besides tracking\n",
+        budget);
+  } else if (findings.missing.empty()) {
     estimate(command, experiment, starts_of(experiment, tracks), findings);
+  }
 
   // 4. Verdict
   for (const std::string& sentence : findings.doubtful) fmt::print("doubtful: {}\n", sentence);
   for (const std::string& sentence : findings.missing) fmt::print("missing: {}\n", sentence);
   if (findings.missing.empty()) {
-    fmt::print("Ready: graintruth {} {}\n",
-               experiment.rig.bin ? "track" : "calibrate",
-               command.experiment.string());
+    fmt::print("Ready: graintruth calibrate {}\n", command.experiment.string());
     return 0;
   }
   throw datasets::InputError(fmt::format("{}: not ready, {} thing(s) are missing; see the list.",

@@ -9,6 +9,7 @@
 
 #include "app/first_frame.h"
 #include "app/interrupt.h"
+#include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
 #include "datasets/table.h"

@@ -1,10 +1,13 @@
 #include "app/session.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <thread>
 
+#include "app/bulk_summary.h"
 #include "app/interrupt.h"
+#include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
 #include "reports/report.h"
 
@@ -30,7 +33,9 @@ Session::Session(std::string verb,
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
   // Before any film is tracked for nothing
-  if (record_.verb != "track") calibrate::require_comparable(experiment_);
+  if (record_.verb == "validate" || record_.verb == "evaluate" ||
+      (record_.verb == "calibrate" && !experiment_.rig.bin))
+    calibrate::require_comparable(experiment_);
   record_.started_at = utc_now();
   record_.jobs = options.jobs > 0
                      ? options.jobs
@@ -52,12 +57,41 @@ calibrate::Problem Session::problem() const {
   return calibrate::make_problem(experiment_, films_.tracks);
 }
 
+calibrate::BinProblem Session::bin_problem() {
+  const BinFilms films = measurable_films(experiment_, films_, folder_);
+  if (!films.left_out.empty()) {
+    films_.warnings.push_back(
+        fmt::format("{} left out: moving particles are smeared; film with a shorter exposure.",
+                    fmt::join(films.left_out, ", ")));
+  }
+  write_bulk_measurements(films, folder_);
+  return calibrate::make_bin_problem(films.experiment, films.tracks);
+}
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble(
+    const calibrate::BinProblem& problem,
+    std::span<const std::size_t> which,
+    std::shared_ptr<const calibrate::BinComparison> comparison,
+    calibrate::Journal& journal) const {
+  std::vector<calibrate::Scene> scenes;
+  for (const std::size_t film : which) {
+    const calibrate::BinStart& start = problem.starts[film];
+    scenes.push_back({start.hash, calibrate::make_bin_simulator(start, {.stop = is_interrupted})});
+  }
+  return std::make_unique<calibrate::Ensemble>(
+      std::move(scenes), journal, std::move(comparison), jobs());
+}
+
 std::unique_ptr<calibrate::Ensemble> Session::ensemble(const calibrate::Problem& problem,
                                                        calibrate::Journal& journal) const {
   const calibrate::Simulator simulator =
       calibrate::make_dem_simulator(experiment_, problem.starts, {.stop = is_interrupted});
   return std::make_unique<calibrate::Ensemble>(
-      simulator, journal, problem.hash, problem.target, jobs());
+      std::vector{calibrate::Scene{problem.hash, simulator}}, journal, problem.comparison, jobs());
+}
+
+void Session::add_film_warnings(std::vector<std::string>& warnings) const {
+  warnings.insert(warnings.end(), films_.warnings.begin(), films_.warnings.end());
 }
 
 void Session::finish() {

@@ -4,11 +4,14 @@
 
 #include <chrono>
 #include <memory>
+#include <span>
 
 #include "app/commands.h"
 #include "app/films.h"
 #include "app/made_folders.h"
 #include "app/run_record.h"
+#include "calibrate/bin_problem.h"
+#include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 
 namespace graintruth::app {
@@ -23,9 +26,21 @@ class Session {
 
   void track();
   calibrate::Problem problem() const;
+  // Where particles run out of a bin; films that cannot be measured are left out, with a warning.
+  calibrate::BinProblem bin_problem();
   // The embedded simulator behind the journal of this run.
   std::unique_ptr<calibrate::Ensemble> ensemble(const calibrate::Problem& problem,
                                                 calibrate::Journal& journal) const;
+
+  // The same of the films `which` of a bin, compared by `comparison`.
+  std::unique_ptr<calibrate::Ensemble> ensemble(
+      const calibrate::BinProblem& problem,
+      std::span<const std::size_t> which,
+      std::shared_ptr<const calibrate::BinComparison> comparison,
+      calibrate::Journal& journal) const;
+
+  // What must be said of the films goes after what is said of the calibration.
+  void add_film_warnings(std::vector<std::string>& warnings) const;
 
   // Writes run.json, then makes the report where there is a result, and prints where it lies.
   void finish();

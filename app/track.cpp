@@ -8,31 +8,6 @@
 
 namespace graintruth::app {
 
-namespace {
-
-// What the films of a bin told; those with smeared plates are left out, because only their bed at
-// rest can be followed and would look as if all else had left.
-std::string measure_bin(const Session& session, const nlohmann::json& tracking) {
-  datasets::Experiment experiment = session.experiment();
-  experiment.replicates.clear();
-  std::vector<datasets::Trajectories> tracks;
-  for (std::size_t i = 0; i < session.experiment().replicates.size(); ++i) {
-    const datasets::Replicate& replicate = session.experiment().replicates[i];
-    bool smeared = false;
-    for (const auto& film : tracking["replicates"]) {
-      if (film["name"] != replicate.name || !film.contains("bed")) continue;
-      const auto& bed = film["bed"];
-      smeared = bed["discharged"].get<int>() + bed["remaining"].get<int>() == 0;
-    }
-    if (smeared) continue;
-    experiment.replicates.push_back(replicate);
-    tracks.push_back(session.films().tracks[i]);
-  }
-  return write_bulk_measurements(experiment, tracks, session.folder());
-}
-
-}  // namespace
-
 int run_track(const TrackCommand& command) {
   Session session("track", command.common, command.experiment);
   session.track();
@@ -40,7 +15,9 @@ int run_track(const TrackCommand& command) {
   const auto tracking = nlohmann::json::parse(text);
   std::string measured;
   if (session.experiment().rig.bin && session.experiment().particle.plate)
-    measured = measure_bin(session, tracking);
+    measured = write_bulk_measurements(
+        measurable_films(session.experiment(), session.films(), session.folder()),
+        session.folder());
   write_run_record(session.folder(), command.common, session.experiment(), session.record());
   if (command.common.json) {
     fmt::print("{}", text);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 namespace graintruth::calibrate {
 
@@ -87,6 +88,32 @@ std::optional<double> exit_time(const Trajectories& tracks,
   return tracks.time[*before + 1];
 }
 
+std::size_t frame_at(const Trajectories& tracks, double time) {
+  const auto later = std::lower_bound(tracks.time.begin(), tracks.time.end(), time);
+  return std::min(tracks.frames() - 1, static_cast<std::size_t>(later - tracks.time.begin()));
+}
+
+double mean_height(const BedShape& bed) {
+  double height = 0.0;
+  for (const double strip : bed.surface) height += strip / static_cast<double>(bed.surface.size());
+  return height;
+}
+
+// When the bed has sunk so far that less than a diameter of it lies above the band.
+double profile_end(const Trajectories& tracks,
+                   const BulkRig& rig,
+                   double height,
+                   const SteadyRate& steady) {
+  double until = steady.from;
+  for (std::size_t frame = frame_at(tracks, until); frame < tracks.frames(); ++frame) {
+    const BedShape bed = measure_bed(tracks, frame, rig);
+    const double lowest = *std::min_element(bed.surface.begin(), bed.surface.end());
+    if (lowest < height + rig.particle_diameter || tracks.time[frame] > steady.to) break;
+    until = tracks.time[frame];
+  }
+  return until;
+}
+
 }  // namespace
 
 Discharge measure_discharge(const Trajectories& tracks, const BulkRig& rig) {
@@ -101,7 +128,12 @@ Discharge measure_discharge(const Trajectories& tracks, const BulkRig& rig) {
       ever = seen(tracks.poses[tracks.index(frame, particle)]);
     if (!ever) continue;
     ++discharge.particles;
-    if (const auto time = exit_time(tracks, particle, rig)) discharge.times.push_back(*time);
+    if (const auto time = exit_time(tracks, particle, rig)) {
+      discharge.times.push_back(*time);
+      continue;
+    }
+    const Pose& last = tracks.poses[tracks.index(tracks.frames() - 1, particle)];
+    discharge.over_orifice += seen(last) && std::abs(last.x) < 0.5 * rig.orifice ? 1 : 0;
   }
   std::sort(discharge.times.begin(), discharge.times.end());
   return discharge;
@@ -119,8 +151,7 @@ Arching find_arching(const Discharge& discharge, const BulkRig& rig) {
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] - times[i - 1] > longest) arching.pauses.push_back({times[i - 1], times[i]});
   const double last = times.empty() ? std::max(0.0, discharge.from) : times.back();
-  arching.jammed =
-      static_cast<int>(times.size()) < discharge.particles && discharge.to - last > 10.0 * longest;
+  arching.jammed = discharge.over_orifice >= 2 && discharge.to - last > 10.0 * longest;
   return arching;
 }
 
@@ -181,12 +212,15 @@ BedShape measure_bed(const Trajectories& tracks, std::size_t frame, const BulkRi
   return bed;
 }
 
+std::size_t profile_bins(const BulkRig& rig) {
+  return static_cast<std::size_t>(std::max(1.0, std::floor(rig.width / rig.particle_diameter)));
+}
+
 VelocityProfile measure_profile(
     const Trajectories& tracks, const BulkRig& rig, double height, double from, double to) {
   VelocityProfile profile;
   profile.height = height;
-  const auto bins =
-      static_cast<std::size_t>(std::max(1.0, std::floor(rig.width / rig.particle_diameter)));
+  const std::size_t bins = profile_bins(rig);
   const double bin_width = rig.width / static_cast<double>(bins);
   struct Passage {
     double velocity = 0.0, x = 0.0;
@@ -240,6 +274,39 @@ VelocityProfile measure_profile(
     profile.samples.push_back(sample);
   }
   return profile;
+}
+
+BinMeasurement measure_bin(const Trajectories& tracks,
+                           const BulkRig& rig,
+                           std::optional<double> profile_height) {
+  BinMeasurement measured;
+  measured.discharge = measure_discharge(tracks, rig);
+  measured.at_rest = measure_bed(tracks, frame_at(tracks, 0.0), rig);
+  const double height = profile_height.value_or(0.5 * mean_height(measured.at_rest));
+  measured.profile.height = height;
+  const std::optional<SteadyRate> steady = steady_rate(measured.discharge, rig);
+  if (!steady) return measured;
+  constexpr int moments = 10;
+  for (int i = 0; i < moments; ++i) {
+    const double time = steady->from + (steady->to - steady->from) * (i + 0.5) / moments;
+    measured.flowing_density +=
+        measure_bed(tracks, frame_at(tracks, time), rig).areal_density / moments;
+  }
+  const double until = profile_end(tracks, rig, height, *steady);
+  VelocityProfile profile = measure_profile(tracks, rig, height, steady->from, until);
+  if (profile.samples.size() >= 4) measured.profile = std::move(profile);
+  return measured;
+}
+
+BulkRig bulk_rig(const datasets::Experiment& experiment, const datasets::Replicate& replicate) {
+  const datasets::Experiment filmed = datasets::as_filmed(experiment, replicate);
+  const datasets::EllipticalPlate& plate = *filmed.particle.plate;
+  return {.width = filmed.rig.bin->width,
+          .orifice = filmed.rig.bin->orifice_width,
+          .particle_area = std::numbers::pi * plate.semi_major * plate.semi_minor,
+          .particle_diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor),
+          .particle_mass = filmed.particle.mass,
+          .gravity = filmed.rig.gravity};
 }
 
 }  // namespace graintruth::calibrate

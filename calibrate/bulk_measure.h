@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibrate/kinematic.h"
+#include "datasets/experiment.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::calibrate {
@@ -25,6 +26,7 @@ struct BulkRig {
 // again left in the frame after.
 struct Discharge {
   int particles = 0;          // in the bin at first
+  int over_orifice = 0;       // that are in the bin in the last frame, above the opening itself
   double from = 0.0;          // s, first frame
   double to = 0.0;            // s, last frame
   std::vector<double> times;  // s
@@ -39,8 +41,9 @@ int discharged_by(const Discharge& discharge, double time);
 struct Pause {
   double from = 0.0, to = 0.0;  // s
 };
-// Between the first and the last particle that left. `jammed`: particles are still in the bin at
-// the end, and none has left for as long as ten such times.
+// Between the first and the last particle that left. `jammed`: none has left for as long as ten such
+// times at the end, and at least two particles still lie above the opening, held by an arch; a heap
+// beside the opening is no jam.
 struct Arching {
   std::vector<Pause> pauses;
   bool jammed = false;
@@ -69,6 +72,9 @@ struct BedShape {
 };
 BedShape measure_bed(const datasets::Trajectories& tracks, std::size_t frame, const BulkRig& rig);
 
+// Bins across the bed: as many diameters as fit into its width.
+std::size_t profile_bins(const BulkRig& rig);
+
 // Downward velocity across the bed in a band a diameter thick, binned by diameters, averaged over
 // time. Every particle counts once in each bin it passes.
 struct VelocityProfile {
@@ -83,5 +89,22 @@ VelocityProfile measure_profile(const datasets::Trajectories& tracks,
                                 double height,
                                 double from,
                                 double to);
+
+// All that is measured of one run, filmed or simulated.
+struct BinMeasurement {
+  Discharge discharge;
+  BedShape at_rest;              // at time 0
+  double flowing_density = 0.0;  // kg/m2, mean over the steady stretch; 0 where nothing was steady
+  VelocityProfile profile;       // without samples where nothing was steady
+};
+
+// `profile_height` (m) is where a velocity profile is taken; where it is not given, half way up the
+// bed at rest. The profile is of the steady stretch, as long as a diameter of bed lies above it.
+BinMeasurement measure_bin(const datasets::Trajectories& tracks,
+                           const BulkRig& rig,
+                           std::optional<double> profile_height = std::nullopt);
+
+// The rig of one replicate, as it is measured.
+BulkRig bulk_rig(const datasets::Experiment& experiment, const datasets::Replicate& replicate);
 
 }  // namespace graintruth::calibrate

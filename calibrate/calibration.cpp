@@ -1,491 +1,69 @@
 #include "calibrate/calibration.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <chrono>
+#include <array>
 #include <cmath>
-
-#include "calibrate/optimiser.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-constexpr double design_share = 0.3;    // of the budget goes to the low-discrepancy design
-constexpr double profile_share = 0.25;  // of the budget is kept for the ends of the intervals
-constexpr int gate_places = 2;
-constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
-constexpr int choice_seeds_per_confirmation =
-    2;  // the choice between two candidates takes more seeds than the score
-constexpr double polish_step = 0.1;  // of each range; first step of the local searches
-constexpr double last_step = 0.03;   // the same of the last one
-constexpr std::array<double, 2> basin_shares = {
-    0.4, 0.25};  // of the local searches' budget; the rest is the last one's
-constexpr std::size_t effect_bases = 3;  // places from which a parameter's effect is looked for
-constexpr int stall_evaluations = 12;    // without gain end a local search
-constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
-constexpr std::array<double, 2> effect_levels = {
-    0.0, 1.0};  // ends of the range, beside the best point itself
 constexpr std::array<double, 4> thesis_frictions = {0.0, 0.1, 0.2, 0.35};  // section 4.2.2
 
-// Largest difference of any coordinate.
-double distance_between(const UnitPoint& a, const UnitPoint& b) {
-  double distance = 0.0;
-  for (std::size_t d = 0; d < a.size(); ++d) distance = std::max(distance, std::abs(a[d] - b[d]));
-  return distance;
+FrictionRow friction_row(const Problem& problem, const Evaluation& evaluation) {
+  const Band& replicates = problem.comparison->target().replicates;
+  const datasets::Trajectories measured = mean_track(replicates);
+  const datasets::Trajectories simulated = mean_of_runs(evaluation.runs);
+  std::vector<double> single;
+  for (const auto& track : completed_tracks(evaluation.runs))
+    single.push_back(rms_position(track, measured));
+  double mean = 0.0;
+  for (const double value : single) mean += value / static_cast<double>(single.size());
+  double squares = 0.0;
+  for (const double value : single) squares += (value - mean) * (value - mean);
+  return {evaluation.parameters.friction_particle_particle,
+          rms_position(simulated, measured),
+          single.size() < 2 ? 0.0 : std::sqrt(squares / static_cast<double>(single.size() - 1)),
+          agreement(replicates, simulated, Critical::student_t).percent};
 }
-
-// One calibration under way: the options, the growing result, and what every stage needs of both.
-class Calibrator {
- public:
-  Calibrator(const Problem& problem, Ensemble& ensemble, const CalibrationOptions& options)
-      : problem_(problem),
-        ensemble_(ensemble),
-        options_(options),
-        search_seeds_(make_seeds(options.seed, "search", options.search_seeds)),
-        space_(problem.experiment.tuned, bench_parameters(problem.experiment)) {}
-
-  CalibrationResult run() {
-    timed("time step", [&] { choose_step(); });
-    timed("design", [&] { explore(); });
-    timed("effects", [&] { find_effects(); });
-    timed("polish", [&] { polish(); });
-    timed("effects at the minimum", [&] { look_again(); });
-    timed("uncertainty", [&] { find_uncertainty(); });
-    timed("confirmation", [&] { confirm(); });
-    timed("friction series", [&] { vary_friction(); });
-    finish();
-    return std::move(result_);
-  }
-
- private:
-  void timed(const char* name, const std::function<void()>& stage) {
-    const auto start = std::chrono::steady_clock::now();
-    stage_ = name;
-    stage();
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    result_.stages.push_back({name, taken.count()});
-  }
-
-  // Expected cost in simulations at the largest time step: the gate's smaller steps weigh more.
-  double expected_cost() const {
-    return gate_places * gate_cost * options_.search_seeds +
-           options_.budget * options_.search_seeds +
-           (2 * choice_seeds_per_confirmation + 1 + static_cast<int>(thesis_frictions.size())) *
-               options_.confirmation_seeds;
-  }
-
-  // `weight` is the mean cost of a simulation of the batch.
-  SimulationProgress reporter(double weight = 1.0) {
-    return [this, weight, before = cost_](int done, int, bool) {
-      cost_ = before + weight * done;
-      if (!options_.progress) return;
-      options_.progress({.stage = stage_,
-                         .evaluations = static_cast<int>(result_.evaluations.size()),
-                         .budget = options_.budget,
-                         .share = std::min(1.0, cost_ / expected_cost()),
-                         .best = result_.evaluations.empty() ? std::nan("") : best().objective});
-    };
-  }
-
-  // Counts what a batch cost, and gives up when too much of it fails.
-  void count(std::span<const Evaluation> evaluations) {
-    for (const Evaluation& evaluation : evaluations) {
-      result_.simulations += static_cast<int>(evaluation.runs.size());
-      result_.failed += evaluation.failed;
-    }
-    if (result_.simulations >= 2 * options_.search_seeds &&
-        result_.failed > options_.allowed_failures * result_.simulations) {
-      throw TooManyFailures(
-          fmt::format("{} of {} simulations failed ({}); check the rig's walls and starting places "
-                      "with 'graintruth track', or "
-                      "lower the bounds.",
-                      result_.failed,
-                      result_.simulations,
-                      first_complaint(evaluations)));
-    }
-  }
-
-  static std::string first_complaint(std::span<const Evaluation> evaluations) {
-    for (const Evaluation& evaluation : evaluations) {
-      for (const SimulatedRun& run : evaluation.runs) {
-        if (run.status != RunStatus::completed) return run.message;
-      }
-    }
-    return "in earlier stages";
-  }
-
-  std::vector<Evaluation> search(const char* stage, const std::vector<ParameterSet>& places) {
-    std::vector<EvaluationPoint> points;
-    for (const ParameterSet& place : places) points.push_back({place, result_.time_step.fraction});
-    std::vector<Evaluation> evaluations =
-        ensemble_.evaluate(stage, points, search_seeds_, reporter());
-    count(evaluations);
-    result_.evaluations.insert(result_.evaluations.end(), evaluations.begin(), evaluations.end());
-    return evaluations;
-  }
-
-  const Evaluation& best() const { return best_of(result_.evaluations); }
-
-  int budget_left() const {
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
-    if (options_.time_limit > 0.0 && taken.count() > options_.time_limit) return 0;
-    return options_.budget - static_cast<int>(result_.evaluations.size());
-  }
-
-  // What the local searches may spend: the profiles, and a second look at what was held, are kept
-  // free.
-  int polish_budget() const {
-    int kept = static_cast<int>(std::lround(profile_share * options_.budget));
-    for (const CalibratedParameter& parameter : result_.calibrated) {
-      if (parameter.status == ParameterStatus::not_identified)
-        kept += static_cast<int>(effect_levels.size() * effect_bases);
-    }
-    return budget_left() - kept;
-  }
-
-  // 1. The time step, at the centre of the box and half way from there to its lower corner, where
-  // particles move more.
-  void choose_step() {
-    std::vector<ParameterSet> places;
-    for (const double level : {0.5, 0.25})
-      places.push_back(space_.from_unit(UnitPoint(space_.dimension(), level)));
-    result_.time_step = choose_time_step(
-        ensemble_, places, options_.largest_time_step_fraction, search_seeds_, reporter());
-    for (const TimeStepRow& row : result_.time_step.rows) {
-      result_.simulations += options_.search_seeds;
-      result_.failed += row.failed;
-    }
-    if (!result_.time_step.converged) {
-      result_.warnings.push_back(
-          fmt::format("The objective still changes by {:.3g} at the smallest time step tried "
-                      "(fraction {:.3g}): the "
-                      "result depends on the time step.",
-                      result_.time_step.discretisation_error,
-                      result_.time_step.fraction));
-    }
-  }
-
-  // 2. A low-discrepancy design: above some friction particles jam, so the objective is not
-  // unimodal and a local search
-  //    alone would end where it began.
-  void explore() {
-    if (space_.dimension() == 0) return;
-    const int points = std::max(8, static_cast<int>(std::lround(design_share * options_.budget)));
-    std::vector<ParameterSet> places;
-    for (const UnitPoint& point :
-         low_discrepancy_points(points, space_.dimension(), options_.seed)) {
-      places.push_back(space_.from_unit(point));
-    }
-    search("design", places);
-  }
-
-  // 3. What each parameter does on its own, from the best point so far: its range of the objective
-  // against the range that
-  //    replicates and seeds alone would give. What shows no effect is held at its bench value.
-  void find_effects() {
-    const ParameterSet bench = bench_parameters(problem_.experiment);
-    for (const std::string_view name : parameter_names) {
-      result_.calibrated.push_back({.name = std::string(name),
-                                    .value = value_of(bench, name),
-                                    .bench = value_of(bench, name)});
-    }
-    if (space_.dimension() == 0) return;
-
-    for (const datasets::TunedParameter& tuned : problem_.experiment.tuned) {
-      CalibratedParameter& parameter = calibrated(tuned.name);
-      parameter.lower_bound = tuned.lower;
-      parameter.upper_bound = tuned.upper;
-      if (has_effect(parameter)) {
-        parameter.status = ParameterStatus::tuned;
-      } else {
-        hold(parameter);
-      }
-    }
-  }
-
-  // The change of the objective at each end of the range, seen from a few places that are as good
-  // as the best; of those the median, because near a cliff (particles jam) any parameter seems to
-  // matter when it moves the cliff a little.
-  bool has_effect(CalibratedParameter& parameter) {
-    const std::vector<Evaluation> bases = good_bases();
-    parameter.effect = 0.0;
-    parameter.effect_noise = 0.0;
-    bool shows = false;
-    for (const double level : effect_levels) {
-      std::vector<ParameterSet> places;
-      for (const Evaluation& base : bases) {
-        places.push_back(base.parameters);
-        value_of(places.back(), parameter.name) =
-            parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
-      }
-      const std::vector<Evaluation> tried = search("effects", places);
-      std::vector<Excess> changes;
-      for (std::size_t i = 0; i < bases.size(); ++i) {
-        changes.push_back(excess_over(problem_, bases[i], tried[i], bootstrap()));
-      }
-      std::sort(changes.begin(), changes.end(), [](const Excess& a, const Excess& b) {
-        return std::abs(a.objective) < std::abs(b.objective);
-      });
-      const Excess& typical = changes[changes.size() / 2];
-      shows = shows || std::abs(typical.objective) > typical.allowed;
-      if (std::abs(typical.objective) < parameter.effect) continue;
-      parameter.effect = std::abs(typical.objective);
-      parameter.effect_noise = typical.allowed;
-    }
-    return shows;
-  }
-
-  // The best evaluation, and up to two more that cannot be told apart from it, as far from one
-  // another as there are.
-  std::vector<Evaluation> good_bases() const {
-    const ParameterSpace box(problem_.experiment.tuned, bench_parameters(problem_.experiment));
-    const std::vector<Evaluation> candidates =
-        compatible_with(problem_, best(), result_.evaluations, bootstrap());
-    std::vector<Evaluation> chosen = {best()};
-    while (chosen.size() < effect_bases) {
-      const Evaluation* farthest = nullptr;
-      double distance = 0.0;
-      for (const Evaluation& candidate : candidates) {
-        double nearest = 1.0;
-        for (const Evaluation& other : chosen) {
-          nearest = std::min(
-              nearest,
-              distance_between(box.to_unit(candidate.parameters), box.to_unit(other.parameters)));
-        }
-        if (nearest <= distance) continue;
-        distance = nearest;
-        farthest = &candidate;
-      }
-      if (farthest == nullptr) break;
-      chosen.push_back(*farthest);
-    }
-    return chosen;
-  }
-
-  BootstrapOptions bootstrap() const { return {.seed = options_.seed, .jobs = options_.jobs}; }
-
-  void hold(CalibratedParameter& parameter) {
-    parameter.status = ParameterStatus::not_identified;
-    space_ = space_.with_fixed(parameter.name, parameter.bench);
-  }
-
-  CalibratedParameter& calibrated(std::string_view name) {
-    for (CalibratedParameter& parameter : result_.calibrated) {
-      if (parameter.name == name) return parameter;
-    }
-    throw std::logic_error("no such parameter");
-  }
-
-  // 4. Local searches: from the best points of two basins, then once more, with a smaller step,
-  // from the best of all.
-  void polish() {
-    result_.stop_reason = "nothing to tune";
-    if (space_.dimension() == 0) return;
-    const std::vector<UnitPoint> starts = distinct_starts();
-    const int budget = polish_budget();
-    for (std::size_t i = 0; i < starts.size(); ++i) {
-      search_locally(starts[i], polish_step, static_cast<int>(basin_shares[i] * budget));
-    }
-    search_locally(space_.to_unit(best().parameters), last_step, polish_budget());
-  }
-
-  void search_locally(const UnitPoint& start, double step, int budget) {
-    if (budget < 1) return;
-    const OptimiserOptions options{
-        .max_evaluations = budget,
-        .initial_step = step,
-        .objective_tolerance = 0.5 * objective_noise(problem_.target, best().runs),
-        .stall_evaluations = stall_evaluations};
-    const auto objective = [&](const UnitPoint& point) {
-      return search("polish", {space_.from_unit(point)}).front().objective;
-    };
-    result_.stop_reason = minimise(objective, start, options).stop_reason;
-  }
-
-  // 5. Far from the minimum a small effect drowns in the noise of a large objective: what was held
-  // is tried once more where
-  //    the search ended, and joins it if it shows there.
-  void look_again() {
-    const std::size_t dimension = space_.dimension();
-    for (CalibratedParameter& parameter : result_.calibrated) {
-      if (parameter.status != ParameterStatus::not_identified) continue;
-      if (has_effect(parameter)) parameter.status = ParameterStatus::tuned;
-    }
-    space_ = ParameterSpace(problem_.experiment.tuned, bench_parameters(problem_.experiment));
-    for (CalibratedParameter& parameter : result_.calibrated) {
-      if (parameter.status == ParameterStatus::not_identified) hold(parameter);
-    }
-    if (space_.dimension() > dimension) polish();
-  }
-
-  std::vector<UnitPoint> distinct_starts() const {
-    std::vector<const Evaluation*> ranked;
-    for (const Evaluation& evaluation : result_.evaluations) ranked.push_back(&evaluation);
-    std::stable_sort(
-        ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
-    std::vector<UnitPoint> starts;
-    for (const Evaluation* evaluation : ranked) {
-      UnitPoint point = space_.to_unit(evaluation->parameters);
-      const bool is_new = std::all_of(starts.begin(), starts.end(), [&](const UnitPoint& other) {
-        return distance_between(point, other) > basin_distance;
-      });
-      if (is_new) starts.push_back(std::move(point));
-      if (starts.size() == 2) break;
-    }
-    return starts;
-  }
-
-  // 6. The interval of each identified parameter.
-  void find_uncertainty() {
-    if (space_.dimension() == 0) return;
-    result_.profiles = profile_parameters(
-        problem_,
-        space_,
-        result_.evaluations,
-        [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
-        {.bootstrap = bootstrap()});
-  }
-
-  // 7. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
-  // between the two, and
-  //    further fresh seeds give the score, so that no choice enters it.
-  void confirm() {
-    result_.parameters = space_.from_unit(UnitPoint(space_.dimension(), 0.5));
-    if (space_.dimension() > 0) {
-      const Surrogate surrogate = fit_surrogate(problem_, result_.evaluations, space_);
-      const std::vector<EvaluationPoint> candidates = {
-          {space_.from_unit(space_.to_unit(best().parameters)), result_.time_step.fraction},
-          {space_.from_unit(surrogate_minimum(surrogate, space_.dimension())),
-           result_.time_step.fraction}};
-      const auto seeds = make_seeds(
-          options_.seed, "choice", choice_seeds_per_confirmation * options_.confirmation_seeds);
-      const std::vector<Evaluation> evaluations =
-          ensemble_.evaluate("confirmation", candidates, seeds, reporter());
-      count(evaluations);
-      result_.parameters =
-          evaluations[evaluations[1].objective <= evaluations[0].objective ? 1 : 0].parameters;
-    }
-    result_.score = score(problem_,
-                          ensemble_,
-                          "confirmation",
-                          {result_.parameters, result_.time_step.fraction},
-                          make_seeds(options_.seed, "confirmation", options_.confirmation_seeds),
-                          reporter());
-    count({&result_.score.evaluation, 1});
-    result_.context = score_context(problem_, options_.confirmation_seeds);
-    result_.objective_noise = objective_noise(problem_.target, result_.score.evaluation.runs);
-  }
-
-  // 8. The thesis's four frictions, for its figure 4.4.
-  void vary_friction() {
-    const datasets::Trajectories measured = mean_track(problem_.target.replicates);
-    const auto seeds = make_seeds(options_.seed, "confirmation", options_.confirmation_seeds);
-    std::vector<EvaluationPoint> points;
-    for (const double friction : thesis_frictions) {
-      ParameterSet parameters = result_.parameters;
-      parameters.friction_particle_particle = friction;
-      points.push_back({parameters, result_.time_step.fraction});
-    }
-    const std::vector<Evaluation> evaluations =
-        ensemble_.evaluate("friction", points, seeds, reporter());
-    count(evaluations);
-    for (const Evaluation& evaluation : evaluations) {
-      if (evaluation.mean.poses.empty()) continue;
-      std::vector<double> single;
-      for (const auto& track : completed_tracks(evaluation.runs))
-        single.push_back(rms_position(track, measured));
-      double mean = 0.0;
-      for (const double value : single) mean += value / static_cast<double>(single.size());
-      double squares = 0.0;
-      for (const double value : single) squares += (value - mean) * (value - mean);
-      result_.friction_rows.push_back(
-          {evaluation.parameters.friction_particle_particle,
-           rms_position(evaluation.mean, measured),
-           single.size() < 2 ? 0.0 : std::sqrt(squares / static_cast<double>(single.size() - 1)),
-           agreement(problem_.target.replicates, evaluation.mean, Critical::student_t).percent});
-    }
-  }
-
-  // 9. Values, intervals and what must be said of them.
-  void finish() {
-    for (CalibratedParameter& parameter : result_.calibrated) {
-      parameter.value = value_of(result_.parameters, parameter.name);
-      for (const Profile& profile : result_.profiles) {
-        if (profile.name == parameter.name) give_interval(parameter, profile);
-      }
-      if (parameter.status == ParameterStatus::not_identified) {
-        result_.warnings.push_back(
-            fmt::format("{} is not identified: over its full range the objective moves by {:.3g}, "
-                        "and other replicates and seeds alone could move it by {:.3g}; it "
-                        "is held at its bench value {:.3g}.",
-                        parameter.name,
-                        parameter.effect,
-                        parameter.effect_noise,
-                        parameter.bench));
-      }
-    }
-    if (result_.failed > 0) {
-      result_.warnings.push_back(
-          fmt::format("{} of {} simulations did not complete and were scored as a model in which "
-                      "nothing moves.",
-                      result_.failed,
-                      result_.simulations));
-    }
-  }
-
-  void give_interval(CalibratedParameter& parameter, const Profile& profile) {
-    // The value may be the surrogate's minimum rather than the evaluation that the profile is
-    // about: the interval holds both.
-    parameter.interval = {std::min(profile.interval.lower, parameter.value),
-                          std::max(profile.interval.upper, parameter.value)};
-    const double near = 0.005 * (parameter.upper_bound - parameter.lower_bound);
-    if (parameter.value <= parameter.lower_bound + near ||
-        parameter.value >= parameter.upper_bound - near) {
-      parameter.status = ParameterStatus::at_bound;
-    }
-    if (profile.open_above) {
-      result_.warnings.push_back(
-          fmt::format("{} is not bounded above by these data.", parameter.name));
-    }
-    if (profile.open_below && parameter.lower_bound > 0.0) {
-      result_.warnings.push_back(
-          fmt::format("{} is not bounded below by these data.", parameter.name));
-    }
-  }
-
-  const Problem& problem_;
-  Ensemble& ensemble_;
-  const CalibrationOptions& options_;
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
-  std::vector<std::uint64_t> search_seeds_;
-  ParameterSpace space_;
-  std::string stage_;
-  double cost_ = 0.0;
-  CalibrationResult result_;
-};
 
 }  // namespace
-
-std::string_view name_of(ParameterStatus status) {
-  switch (status) {
-    case ParameterStatus::tuned:
-      return "tuned";
-    case ParameterStatus::fixed:
-      return "fixed";
-    case ParameterStatus::at_bound:
-      return "at_bound";
-    case ParameterStatus::not_identified:
-      return "not_identified";
-  }
-  return "";
-}
 
 CalibrationResult calibrate(const Problem& problem,
                             Ensemble& ensemble,
                             const CalibrationOptions& options) {
-  return Calibrator(problem, ensemble, options).run();
+  const auto frictions = static_cast<int>(thesis_frictions.size());
+  Search search(
+      problem.experiment, ensemble, options, (1 + frictions) * options.confirmation_seeds);
+  search.run();
+  const EvaluationPoint winner{search.parameters(), search.time_step_fraction()};
+  const auto seeds = make_seeds(options.seed, "confirmation", options.confirmation_seeds);
+
+  // The score of the winner, on seeds that no choice has seen
+  Score winner_score;
+  search.timed("confirmation", [&] {
+    winner_score = score(problem, ensemble, "confirmation", winner, seeds, search.reporter());
+    search.count({&winner_score.evaluation, 1});
+  });
+  // The thesis's four frictions, all else at the winner's, for its figure 4.4
+  std::vector<FrictionRow> rows;
+  search.timed("friction series", [&] {
+    std::vector<EvaluationPoint> points(thesis_frictions.size(), winner);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i].parameters.friction_particle_particle = thesis_frictions[i];
+    const auto evaluations = ensemble.evaluate("friction", points, seeds, search.reporter());
+    search.count(evaluations);
+    for (const Evaluation& evaluation : evaluations) {
+      if (2 * evaluation.failed <= static_cast<int>(evaluation.runs.size()))
+        rows.push_back(friction_row(problem, evaluation));
+    }
+  });
+
+  CalibrationResult result{search.finish()};
+  result.objective_noise = problem.comparison->noise(winner_score.evaluation.runs);
+  result.score = std::move(winner_score);
+  result.context = score_context(problem, options.confirmation_seeds);
+  result.friction_rows = std::move(rows);
+  return result;
 }
 
 }  // namespace graintruth::calibrate

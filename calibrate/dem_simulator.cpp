@@ -6,41 +6,20 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <cmath>
-#include <ctime>
 
+#include "calibrate/dem_rig.h"
 #include "sim/relaxation.h"
-#include "sim/simulation.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-constexpr int particle_material = 0;
-constexpr int wall_material = 1;
-
-// Settling only has to bring the particles to rest, so its collisions are as dead as the model
-// allows without stiffening the contact.
-constexpr double settling_restitution = 0.2;
-
 // The scene of the experiment, without particles.
 sim::Scene empty_rig(const datasets::Experiment& experiment,
                      const ParameterSet& parameters,
                      double restitution) {
-  sim::Scene scene;
-  scene.planar = true;
-  scene.gravity = sim::Vec3(0.0, 0.0, -experiment.rig.gravity);
-  scene.add_material({experiment.material.elastic_modulus, experiment.material.poisson_ratio});
-  scene.add_material(sim::rigid_material());
-  scene.surfaces.set(
-      particle_material, particle_material, {parameters.friction_particle_particle, restitution});
-  scene.surfaces.set(
-      particle_material, wall_material, {parameters.friction_particle_wall, restitution});
-  std::vector<sim::ElementSphere> spheres;
-  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
-    spheres.push_back({sim::Vec3(sphere.offset, 0.0, 0.0), sphere.radius});
-  }
-  scene.add_type(
-      sim::make_clump(std::move(spheres), {.mass = experiment.particle.mass}, particle_material));
+  sim::Scene scene =
+      empty_scene(experiment, experiment.material.elastic_modulus, parameters, restitution);
   for (const datasets::Wall& wall : experiment.rig.walls) {
     scene.add_wall(
         sim::segment_wall({wall.from_x, wall.from_z}, {wall.to_x, wall.to_z}, {}, wall_material));
@@ -86,24 +65,6 @@ sim::SimulationOptions simulation_options(const datasets::Experiment& experiment
   return options;
 }
 
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1.0e-9 * static_cast<double>(now.tv_nsec);
-}
-
-RunStatus status_of(sim::RunStatus status) {
-  switch (status) {
-    case sim::RunStatus::completed:
-      return RunStatus::completed;
-    case sim::RunStatus::unstable:
-      return RunStatus::unstable;
-    case sim::RunStatus::timed_out:
-      return RunStatus::timed_out;
-  }
-  return RunStatus::unstable;
-}
-
 SimulatedRun simulate(const datasets::Experiment& experiment,
                       const StartPoses& starts,
                       const DemSimulatorOptions& options,
@@ -145,12 +106,7 @@ SimulatedRun simulate(const datasets::Experiment& experiment,
   for (sim::Wall& wall : scene.walls) wall.motion.start_time = options.settling_time;
   sim::Simulation simulation(scene, simulation_options(experiment, request.time_step_fraction));
   if (!ended_well(simulation.run_until(options.settling_time, sampling))) return run;
-  simulation.set_surfaces(particle_material,
-                          particle_material,
-                          {parameters.friction_particle_particle, parameters.restitution});
-  simulation.set_surfaces(particle_material,
-                          wall_material,
-                          {parameters.friction_particle_wall, parameters.restitution});
+  use_parameters(parameters, simulation);
 
   // 3. The piston sinks; what is seen at each frame is kept
   std::size_t frame = 0;

@@ -1,4 +1,6 @@
-// The adapter to the embedded simulator: the only pair of files in this folder that knows of sim/.
+// The adapter to the embedded simulator for particles that stay in their rig. What runs out of a
+// bin is simulated by bin_simulator.h; both build on dem_rig.h, and nothing else here knows of
+// sim/.
 #pragma once
 
 #include <functional>

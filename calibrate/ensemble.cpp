@@ -18,36 +18,6 @@ std::uint64_t mixed(std::uint64_t state) {
   return state ^ (state >> 31);
 }
 
-double objective_of(const Target& target,
-                    std::span<const datasets::Trajectories> tracks,
-                    std::span<const int> weights = {}) {
-  return objective(target.replicates, target.widths, mean_track(measure(tracks, weights)));
-}
-
-// Jackknife standard error from n delete-one values: sqrt((n - 1)/n sum (v_i - mean)^2), Efron and
-// Stein (1981).
-double jackknife(std::span<const double> values) {
-  const auto n = static_cast<double>(values.size());
-  if (values.size() < 2) return 0.0;
-  double mean = 0.0;
-  for (const double value : values) mean += value / n;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return std::sqrt((n - 1.0) / n * squares);
-}
-
-std::vector<double> delete_one(const Target& target, std::span<const SimulatedRun> runs) {
-  const std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
-  std::vector<double> values;
-  std::vector<int> weights(tracks.size(), 1);
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    weights[i] = 0;
-    values.push_back(objective_of(target, tracks, weights));
-    weights[i] = 1;
-  }
-  return values;
-}
-
 }  // namespace
 
 void parallel_for(int count, int jobs, const std::function<void(int)>& task) {
@@ -72,12 +42,14 @@ void parallel_for(int count, int jobs, const std::function<void(int)>& task) {
   if (failure) std::rethrow_exception(failure);
 }
 
-std::vector<datasets::Trajectories> completed_tracks(std::span<const SimulatedRun> runs) {
-  std::vector<datasets::Trajectories> tracks;
-  for (const SimulatedRun& run : runs) {
-    if (run.status == RunStatus::completed) tracks.push_back(run.trajectories);
-  }
-  return tracks;
+double jackknife_error(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  if (values.size() < 2) return 0.0;
+  double mean = 0.0;
+  for (const double value : values) mean += value / n;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt((n - 1.0) / n * squares);
 }
 
 std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpose, int count) {
@@ -90,35 +62,30 @@ std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpo
   return seeds;
 }
 
-double objective_noise(const Target& target, std::span<const SimulatedRun> runs) {
-  return jackknife(delete_one(target, runs));
-}
-
-Ensemble::Ensemble(
-    Simulator simulator, Journal& journal, std::string problem, Target target, int jobs)
-    : simulator_(std::move(simulator)),
+Ensemble::Ensemble(std::vector<Scene> scenes,
+                   Journal& journal,
+                   std::shared_ptr<const Comparison> comparison,
+                   int jobs)
+    : scenes_(std::move(scenes)),
       journal_(journal),
-      problem_(std::move(problem)),
-      target_(std::move(target)),
+      comparison_(std::move(comparison)),
       jobs_(jobs) {}
 
 SimulatedRun Ensemble::run_once(const std::string& stage,
+                                std::size_t scene,
                                 const SimulationRequest& request,
                                 bool& from_journal) {
-  if (auto known = journal_.find(problem_, request)) {
+  const auto& [problem, simulator] = scenes_[scene];
+  if (auto known = journal_.find(problem, request)) {
     from_journal = true;
     return *std::move(known);
   }
   from_journal = false;
-  JournalRow row{
-      .problem = problem_, .stage = stage, .request = request, .run = simulator_(request)};
+  JournalRow row{.problem = problem, .stage = stage, .request = request, .run = simulator(request)};
   ++simulated_;
-  const bool completed = row.run.status == RunStatus::completed;
-  row.objective = completed ? objective(target_.replicates, target_.widths, row.run.trajectories)
-                            : objective_of_rest(target_.replicates, target_.widths);
-  row.agreement_percent =
-      completed ? agreement(target_.replicates, row.run.trajectories, Critical::student_t).percent
-                : 0.0;
+  const RunScore score = comparison_->score_run(row.run, scene);
+  row.objective = score.objective;
+  row.agreement_percent = score.agreement_percent;
   journal_.add(row);
   return std::move(row.run);
 }
@@ -128,15 +95,7 @@ void Ensemble::summarise(Evaluation& evaluation) const {
     evaluation.failed += run.status != RunStatus::completed;
     evaluation.seconds += run.seconds;
   }
-  const std::vector<datasets::Trajectories> tracks = completed_tracks(evaluation.runs);
-  // Half of the runs must have ended well: the mean of a lucky few says nothing about these
-  // parameters.
-  if (tracks.empty() || 2 * tracks.size() < evaluation.runs.size()) {
-    evaluation.objective = objective_of_rest(target_.replicates, target_.widths);
-    return;
-  }
-  evaluation.mean = mean_track(measure(tracks));
-  evaluation.objective = objective(target_.replicates, target_.widths, evaluation.mean);
+  evaluation.objective = comparison_->objective(evaluation.runs);
 }
 
 std::vector<Evaluation> Ensemble::evaluate(const std::string& stage,
@@ -148,18 +107,21 @@ std::vector<Evaluation> Ensemble::evaluate(const std::string& stage,
     evaluations.push_back({.stage = stage,
                            .parameters = point.parameters,
                            .time_step_fraction = point.time_step_fraction});
-    evaluations.back().runs.resize(seeds.size());
+    evaluations.back().runs.resize(scenes_.size() * seeds.size());
   }
-  const int total = static_cast<int>(points.size() * seeds.size());
+  const std::size_t runs = scenes_.size() * seeds.size();
+  const int total = static_cast<int>(points.size() * runs);
   std::mutex mutex;
   int done = 0;
   parallel_for(total, jobs_, [&](int i) {
-    const std::size_t point = static_cast<std::size_t>(i) / seeds.size();
-    const std::size_t seed = static_cast<std::size_t>(i) % seeds.size();
+    const std::size_t point = static_cast<std::size_t>(i) / runs;
+    const std::size_t run = static_cast<std::size_t>(i) % runs;
+    const EvaluationPoint& at = points[point];
     bool from_journal = false;
-    evaluations[point].runs[seed] =
+    evaluations[point].runs[run] =
         run_once(stage,
-                 {points[point].parameters, points[point].time_step_fraction, seeds[seed]},
+                 run / seeds.size(),
+                 {at.parameters, at.time_step_fraction, seeds[run % seeds.size()]},
                  from_journal);
     const std::lock_guard lock(mutex);
     ++done;

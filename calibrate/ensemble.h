@@ -4,33 +4,15 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "calibrate/agreement.h"
+#include "calibrate/comparison.h"
 #include "calibrate/journal.h"
-#include "calibrate/objective.h"
 
 namespace graintruth::calibrate {
-
-// What simulations are compared with.
-struct Target {
-  Band replicates;
-  HalfWidths widths;
-};
-
-// All runs at one parameter set, and the mean over those that completed.
-struct Evaluation {
-  std::string stage;
-  ParameterSet parameters;
-  double time_step_fraction = 0.0;
-  std::vector<SimulatedRun> runs;  // one a seed
-  int failed = 0;                  // runs that did not complete
-  datasets::Trajectories mean;     // over completed runs
-  double objective = 0.0;          // of the mean; that of rest where most runs failed
-  double seconds = 0.0;            // processor time of its simulations
-};
 
 struct EvaluationPoint {
   ParameterSet parameters;
@@ -41,10 +23,20 @@ struct EvaluationPoint {
 // it came from the journal.
 using SimulationProgress = std::function<void(int done, int total, bool from_journal)>;
 
+// One simulated situation. Any simulation is identified by `problem`, the hash of everything that
+// matters besides the request, and its request.
+struct Scene {
+  std::string problem;
+  Simulator simulator;
+};
+
 class Ensemble {
  public:
-  // Any simulation is identified by `problem` and its request. `jobs` threads at most.
-  Ensemble(Simulator simulator, Journal& journal, std::string problem, Target target, int jobs);
+  // An evaluation simulates every scene with every seed, on `jobs` threads at most.
+  Ensemble(std::vector<Scene> scenes,
+           Journal& journal,
+           std::shared_ptr<const Comparison> comparison,
+           int jobs);
 
   // Evaluates all points with the same seeds (common random numbers). Throws Interrupted when a
   // simulation does; what had ended by then is in the journal.
@@ -53,34 +45,27 @@ class Ensemble {
                                    std::span<const std::uint64_t> seeds,
                                    const SimulationProgress& progress = {});
 
-  const Target& target() const { return target_; }
-  const std::string& problem() const { return problem_; }
+  const Comparison& comparison() const { return *comparison_; }
+  std::size_t scenes() const { return scenes_.size(); }
   // Simulations that were really run, not read back.
   int simulated() const { return simulated_; }
 
  private:
   SimulatedRun run_once(const std::string& stage,
+                        std::size_t scene,
                         const SimulationRequest& request,
                         bool& from_journal);
   void summarise(Evaluation& evaluation) const;
 
-  Simulator simulator_;
+  std::vector<Scene> scenes_;
   Journal& journal_;
-  std::string problem_;
-  Target target_;
+  std::shared_ptr<const Comparison> comparison_;
   int jobs_;
   std::atomic<int> simulated_ = 0;
 };
 
 // `count` seeds for a purpose, all different, fixed by the caller's seed.
 std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpose, int count);
-
-// Standard deviation of the ensemble objective that comes from its seeds alone: delete-one
-// jackknife over the runs.
-double objective_noise(const Target& target, std::span<const SimulatedRun> runs);
-
-// The trajectories of the completed runs.
-std::vector<datasets::Trajectories> completed_tracks(std::span<const SimulatedRun> runs);
 
 // Runs `task(i)` for i in [0, count) on `jobs` threads. The first exception is rethrown after all
 // threads have stopped.

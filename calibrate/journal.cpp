@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <mutex>
 #include <tuple>
 
@@ -21,7 +22,7 @@ constexpr const char* schema =
     " restitution REAL NOT NULL, time_step_fraction REAL NOT NULL, seed INTEGER NOT NULL,"
     " status TEXT NOT NULL, message TEXT NOT NULL, objective REAL, agreement_percent REAL,"
     " time_step_s REAL NOT NULL, seconds REAL NOT NULL,"
-    " particles INTEGER NOT NULL, times BLOB NOT NULL, poses BLOB NOT NULL,"
+    " particles INTEGER NOT NULL, times BLOB NOT NULL, poses BLOB NOT NULL, bin BLOB,"
     " UNIQUE (problem, friction_particle_particle, friction_particle_wall, restitution,"
     "         time_step_fraction, seed));";
 
@@ -29,7 +30,7 @@ constexpr const char* columns =
     "id, problem, stage, friction_particle_particle, friction_particle_wall, restitution,"
     " time_step_fraction, seed, status, message, objective, agreement_percent, time_step_s, "
     "seconds,"
-    " particles, times, poses";
+    " particles, times, poses, bin";
 
 RunStatus status_named(std::string_view name) {
   for (const RunStatus status : {RunStatus::unstable, RunStatus::timed_out}) {
@@ -56,6 +57,11 @@ class Statement {
   }
   template <typename Element>
   void bind(int at, const std::vector<Element>& values) {
+    // Without an address SQLite would take an empty blob for none.
+    if (values.empty()) {
+      sqlite3_bind_zeroblob(statement_, at, 0);
+      return;
+    }
     sqlite3_bind_blob(statement_,
                       at,
                       values.data(),
@@ -70,7 +76,12 @@ class Statement {
     return code == SQLITE_ROW;
   }
 
-  double number(int at) const { return sqlite3_column_double(statement_, at); }
+  // NaN where there is none.
+  double number(int at) const {
+    if (sqlite3_column_type(statement_, at) == SQLITE_NULL)
+      return std::numeric_limits<double>::quiet_NaN();
+    return sqlite3_column_double(statement_, at);
+  }
   std::int64_t integer(int at) const { return sqlite3_column_int64(statement_, at); }
   std::string text(int at) const {
     return {reinterpret_cast<const char*>(sqlite3_column_text(statement_, at)),
@@ -98,6 +109,68 @@ class Statement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
+// What was measured of a bin as plain numbers, and back: counts before what they count.
+std::vector<double> numbers_of(const BinMeasurement& bin) {
+  const Discharge& discharge = bin.discharge;
+  if (discharge.particles == 0) return {};
+  std::vector<double> numbers = {static_cast<double>(discharge.particles),
+                                 static_cast<double>(discharge.over_orifice),
+                                 discharge.from,
+                                 discharge.to,
+                                 static_cast<double>(discharge.times.size())};
+  numbers.insert(numbers.end(), discharge.times.begin(), discharge.times.end());
+  numbers.push_back(static_cast<double>(bin.at_rest.surface.size()));
+  numbers.insert(numbers.end(), bin.at_rest.surface.begin(), bin.at_rest.surface.end());
+  for (const double value : {bin.at_rest.area,
+                             bin.at_rest.solid_fraction,
+                             bin.at_rest.areal_density,
+                             bin.flowing_density,
+                             bin.profile.height,
+                             bin.profile.areal_density,
+                             bin.profile.flux,
+                             static_cast<double>(bin.profile.samples.size())})
+    numbers.push_back(value);
+  for (const VelocitySample& sample : bin.profile.samples) {
+    for (const double value : {sample.x, sample.velocity, sample.standard_uncertainty})
+      numbers.push_back(value);
+  }
+  return numbers;
+}
+
+BinMeasurement bin_of(const std::vector<double>& numbers) {
+  BinMeasurement bin;
+  if (numbers.empty()) return bin;
+  // A row that another hand has cut short reads as zeros.
+  std::size_t next = 0;
+  const auto number = [&] { return next < numbers.size() ? numbers[next++] : 0.0; };
+  const auto count = [&] {
+    return static_cast<std::size_t>(std::clamp(number(), 0.0, static_cast<double>(numbers.size())));
+  };
+  bin.discharge.particles = static_cast<int>(number());
+  bin.discharge.over_orifice = static_cast<int>(number());
+  bin.discharge.from = number();
+  bin.discharge.to = number();
+  bin.discharge.times.resize(count());
+  for (double& time : bin.discharge.times) time = number();
+  bin.at_rest.surface.resize(count());
+  for (double& height : bin.at_rest.surface) height = number();
+  for (double* value : {&bin.at_rest.area,
+                        &bin.at_rest.solid_fraction,
+                        &bin.at_rest.areal_density,
+                        &bin.flowing_density,
+                        &bin.profile.height,
+                        &bin.profile.areal_density,
+                        &bin.profile.flux})
+    *value = number();
+  bin.profile.samples.resize(count());
+  for (VelocitySample& sample : bin.profile.samples) {
+    sample.x = number();
+    sample.velocity = number();
+    sample.standard_uncertainty = number();
+  }
+  return bin;
+}
+
 JournalRow row_of(const Statement& statement) {
   JournalRow row;
   row.id = statement.integer(0);
@@ -115,6 +188,7 @@ JournalRow row_of(const Statement& statement) {
   row.run.trajectories.particles = static_cast<int>(statement.integer(14));
   row.run.trajectories.time = statement.blob<double>(15);
   row.run.trajectories.poses = statement.blob<datasets::Pose>(16);
+  row.run.bin = bin_of(statement.blob<double>(17));
   return row;
 }
 
@@ -152,6 +226,11 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
   }
   Statement(database_->handle, "PRAGMA synchronous=FULL;").step();
   Statement(database_->handle, schema).step();
+  // Journals of before bins were simulated lack their column.
+  Statement has_bin(database_->handle,
+                    "SELECT 1 FROM pragma_table_info('simulation') WHERE name = 'bin';");
+  if (!has_bin.step())
+    Statement(database_->handle, "ALTER TABLE simulation ADD COLUMN bin BLOB;").step();
 }
 
 Journal::~Journal() = default;
@@ -179,10 +258,10 @@ void Journal::add(const JournalRow& row) {
   const std::lock_guard lock(database_->mutex);
   Statement statement(
       database_->handle,
-      "INSERT OR IGNORE INTO simulation (problem, stage, friction_particle_particle,"
+      "INSERT INTO simulation (problem, stage, friction_particle_particle,"
       " friction_particle_wall, restitution, time_step_fraction, seed, status, message, objective,"
-      " agreement_percent, time_step_s, seconds, particles, times, poses)"
-      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?);");
+      " agreement_percent, time_step_s, seconds, particles, times, poses, bin)"
+      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO NOTHING;");
   statement.bind(1, row.problem);
   statement.bind(2, row.stage);
   statement.bind(3, row.request.parameters.friction_particle_particle);
@@ -199,6 +278,7 @@ void Journal::add(const JournalRow& row) {
   statement.bind(14, static_cast<std::int64_t>(row.run.trajectories.particles));
   statement.bind(15, row.run.trajectories.time);
   statement.bind(16, row.run.trajectories.poses);
+  statement.bind(17, numbers_of(row.run.bin));
   statement.step();
 }
 

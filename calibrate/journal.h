@@ -24,7 +24,7 @@ struct JournalRow {
   SimulationRequest request;
   SimulatedRun run;
   double objective = 0.0;
-  double agreement_percent = 0.0;
+  double agreement_percent = 0.0;  // NaN where particles run out of a bin
 };
 
 // SQLite behind one door (WAL, synchronous FULL: a committed row survives a power cut). Any thread

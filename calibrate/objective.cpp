@@ -46,10 +46,9 @@ double pooled_variance(const Band& band,
   return count == 0 ? 0.0 : sum / count;
 }
 
-// rho(z) = sqrt(1 + (z/2)^2) - 1
-double pseudo_huber(double z) { return std::sqrt(1.0 + 0.25 * z * z) - 1.0; }
-
 }  // namespace
+
+double pseudo_huber(double z) { return std::sqrt(1.0 + 0.25 * z * z) - 1.0; }
 
 HalfWidths smooth_half_widths(const Band& replicates,
                               std::span<const datasets::Trajectories> tracks) {

@@ -24,6 +24,9 @@ struct HalfWidths {
   std::vector<std::array<double, 3>> half_width;  // m, m, rad; frame-major
 };
 
+// rho(z) of the text above.
+double pseudo_huber(double z);
+
 // Half widths from the replicates and from the measurement error of their tracks (standard
 // deviations of single positions, where known).
 HalfWidths smooth_half_widths(const Band& replicates,

@@ -59,13 +59,13 @@ std::string hash_of(const Problem& problem) {
   }
   for (const Quantity quantity : quantities)
     append(text, value_of(problem.starts.standard_deviation, quantity));
-  for (const datasets::Trajectories& replicate : problem.replicates) {
+  for (const datasets::Trajectories& replicate : problem.comparison->replicates()) {
     for (const double time : replicate.time) append(text, time);
     for (const datasets::Pose& pose : replicate.poses) {
       for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
     }
   }
-  for (const auto& widths : problem.target.widths.half_width) {
+  for (const auto& widths : problem.comparison->target().widths.half_width) {
     for (const double width : widths) append(text, width);
   }
   return datasets::content_hash(text);
@@ -129,10 +129,10 @@ StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
 
 void require_comparable(const datasets::Experiment& experiment) {
   if (experiment.rig.bin) {
-    throw datasets::InputError(
-        fmt::format("{}: films of a bin can be tracked and measured ('graintruth track'), but not "
-                    "calibrated on: particles that leave have no place to compare.",
-                    experiment.file.string()));
+    throw datasets::InputError(fmt::format(
+        "{}: what runs out of a bin can be tracked and calibrated on, but not yet "
+        "compared at given parameters: this verb compares tracks of particles that stay.",
+        experiment.file.string()));
   }
   if (experiment.particle.spheres.empty()) {
     throw datasets::InputError(
@@ -149,10 +149,10 @@ Problem make_problem(const datasets::Experiment& experiment,
   Problem problem{.experiment = experiment};
   const std::vector<double> times =
       measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
+  std::vector<datasets::Trajectories> replicates;
   for (const datasets::Trajectories& track : tracks)
-    problem.replicates.push_back(datasets::sample(track, times));
-  problem.target.replicates = measure(problem.replicates);
-  problem.target.widths = smooth_half_widths(problem.target.replicates, problem.replicates);
+    replicates.push_back(datasets::sample(track, times));
+  problem.comparison = std::make_shared<TrackComparison>(std::move(replicates));
   problem.starts = measure_starts(tracks);
   for (std::size_t particle = 0; particle < problem.starts.mean.size(); ++particle) {
     const datasets::Pose& pose = problem.starts.mean[particle];

@@ -2,11 +2,12 @@
 // stage works from.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "calibrate/ensemble.h"
+#include "calibrate/track_comparison.h"
 #include "datasets/experiment.h"
 
 namespace graintruth::calibrate {
@@ -21,14 +22,13 @@ struct StartPoses {
 
 struct Problem {
   datasets::Experiment experiment;
-  std::vector<datasets::Trajectories> replicates;  // at the measurement times
-  Target target;
+  std::shared_ptr<const TrackComparison> comparison;  // of the replicates, at the measurement times
   StartPoses starts;
   std::string hash;  // of everything that decides a simulation or its comparison
 };
 
-// Throws datasets::InputError for an experiment whose tracks cannot be compared with simulations: a
-// bin, or particles without spheres.
+// Throws datasets::InputError for an experiment whose tracks cannot be compared with simulations
+// particle by particle: a bin (see bin_problem.h), or particles without spheres.
 void require_comparable(const datasets::Experiment& experiment);
 
 // `tracks` are the replicates' full tracks, in the order of the experiment file. Throws

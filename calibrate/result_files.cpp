@@ -2,37 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
 
+#include "calibrate/result_json.h"
 #include "datasets/table.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-using Json = nlohmann::ordered_json;  // keys in the order in which they are written, for readers
 using datasets::number_text;
 using datasets::Table;
-
-Json parameter_json(const CalibratedParameter& parameter) {
-  Json json{{"value", parameter.value}, {"unit", "-"}, {"status", name_of(parameter.status)}};
-  if (parameter.interval) {
-    json["lower"] = parameter.interval->lower;
-    json["upper"] = parameter.interval->upper;
-    json["confidence"] = 0.95;
-    json["method"] =
-        "values not significantly worse than the best, by bootstrap over replicates and seeds";
-  }
-  json["bench_value"] = parameter.bench;
-  if (parameter.upper_bound > parameter.lower_bound) {
-    json["bound_lower"] = parameter.lower_bound;
-    json["bound_upper"] = parameter.upper_bound;
-    json["objective_range"] = parameter.effect;
-    json["objective_range_of_noise"] = parameter.effect_noise;
-  }
-  return json;
-}
 
 Json agreement_json(const Problem& problem, const Score& score, const ScoreContext& context) {
   Json per_particle = Json::array();
@@ -53,7 +32,7 @@ Json agreement_json(const Problem& problem, const Score& score, const ScoreConte
           {"ceiling_percent_student_t", context.student_ceiling},
           {"leave_one_out_percent", context.thesis_leave_one_out},
           {"leave_one_out_percent_student_t", context.student_leave_one_out},
-          {"replicates", problem.replicates.size()},
+          {"replicates", problem.comparison->replicates().size()},
           {"seeds", score.evaluation.runs.size()},
           {"single_run_median_percent", score.thesis_single_run_median},
           {"single_run_median_percent_student_t", score.student_single_run_median},
@@ -61,38 +40,6 @@ Json agreement_json(const Problem& problem, const Score& score, const ScoreConte
            {{"percent", score.thesis_without_first_frame},
             {"percent_student_t", score.student_without_first_frame}}},
           {"per_particle", per_particle}};
-}
-
-Json time_step_json(const TimeStepChoice& choice) {
-  Json study = Json::array();
-  for (const TimeStepRow& row : choice.rows) {
-    study.push_back({{"friction_particle_particle", row.parameters.friction_particle_particle},
-                     {"friction_particle_wall", row.parameters.friction_particle_wall},
-                     {"fraction", row.fraction},
-                     {"seconds", row.time_step},
-                     {"objective", row.objective},
-                     {"change", row.change},
-                     {"noise", row.noise},
-                     {"cpu_seconds", row.seconds}});
-  }
-  return {{"fraction", choice.fraction},
-          {"seconds", choice.time_step},
-          {"discretisation_error", choice.discretisation_error},
-          {"converged", choice.converged},
-          {"study", study}};
-}
-
-Json head_json(const Problem& problem, const char* kind) {
-  return {{"status", "done"},
-          {"message", ""},
-          {"experiment", problem.experiment.name},
-          {"title", problem.experiment.title},
-          {"note", problem.experiment.note},
-          {"kind", kind}};
-}
-
-void write_json(const std::filesystem::path& file, const Json& json) {
-  datasets::write_whole(file, json.dump(2) + "\n");
 }
 
 void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
@@ -103,7 +50,7 @@ void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
   for (const datasets::Pose& pose : problem.starts.mean) {
     starts.push_back({{"x_m", pose.x}, {"z_m", pose.z}, {"angle_rad", pose.angle}});
   }
-  const Band& band = problem.target.replicates;
+  const Band& band = problem.comparison->target().replicates;
   Json tracks = Json::array();
   for (std::size_t frame = 0; frame < band.frames(); ++frame) {
     for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
@@ -213,41 +160,6 @@ void write_bands(const datasets::RunFolder& folder, const Band& band, const Scor
   datasets::write_csv(folder.table("bands"), table);
 }
 
-void write_evaluations(const datasets::RunFolder& folder,
-                       const Problem& problem,
-                       const CalibrationResult& result) {
-  Table table({"evaluation",
-               "stage",
-               "friction_particle_particle",
-               "friction_particle_wall",
-               "restitution",
-               "objective",
-               "best",
-               "agreement_percent",
-               "failed",
-               "seconds"});
-  double best = std::numeric_limits<double>::infinity();
-  int number = 0;
-  for (const Evaluation& evaluation : result.evaluations) {
-    best = std::min(best, evaluation.objective);
-    const double percent =
-        evaluation.mean.poses.empty()
-            ? 0.0
-            : agreement(problem.target.replicates, evaluation.mean, Critical::student_t).percent;
-    table.add({std::to_string(++number),
-               evaluation.stage,
-               number_text(evaluation.parameters.friction_particle_particle),
-               number_text(evaluation.parameters.friction_particle_wall),
-               number_text(evaluation.parameters.restitution),
-               number_text(evaluation.objective),
-               number_text(best),
-               number_text(percent),
-               std::to_string(evaluation.failed),
-               number_text(evaluation.seconds)});
-  }
-  datasets::write_csv(folder.table("evaluations"), table);
-}
-
 void write_friction_rows(const datasets::RunFolder& folder, const CalibrationResult& result) {
   Table table({"friction", "rms_position_m", "spread_m", "agreement_percent"});
   for (const FrictionRow& row : result.friction_rows) {
@@ -259,28 +171,13 @@ void write_friction_rows(const datasets::RunFolder& folder, const CalibrationRes
   datasets::write_csv(folder.table("rms_friction"), table);
 }
 
-void write_profiles(const datasets::RunFolder& folder, const CalibrationResult& result) {
-  Table table({"parameter", "value", "objective", "excess", "allowed_excess", "compatible"});
-  for (const Profile& profile : result.profiles) {
-    for (const ProfilePoint& point : profile.points) {
-      table.add({profile.name,
-                 number_text(point.value),
-                 number_text(point.objective),
-                 number_text(point.excess.objective),
-                 number_text(point.excess.allowed),
-                 point.excess.is_compatible() ? "1" : "0"});
-    }
-  }
-  datasets::write_csv(folder.table("profile"), table);
-}
-
 void write_comparison(const datasets::RunFolder& folder,
                       const Problem& problem,
                       const Score& score) {
   write_measured(folder, problem);
   write_agreement(folder, score);
-  write_ranks(folder, problem.target.replicates, score);
-  write_bands(folder, problem.target.replicates, score);
+  write_ranks(folder, problem.comparison->target().replicates, score);
+  write_bands(folder, problem.comparison->target().replicates, score);
 }
 
 }  // namespace
@@ -291,26 +188,20 @@ void write_calibration(const datasets::RunFolder& folder,
                        const CalibrationResult& result,
                        double wall_time) {
   write_comparison(folder, problem, result.score);
-  write_evaluations(folder, problem, result);
+  write_evaluations(folder, result, [&](const Evaluation& evaluation) {
+    const datasets::Trajectories mean = mean_of_runs(evaluation.runs);
+    if (mean.poses.empty()) return 0.0;
+    return agreement(problem.comparison->target().replicates, mean, Critical::student_t).percent;
+  });
   write_friction_rows(folder, result);
   write_profiles(folder, result);
 
-  Json json = head_json(problem, "calibration");
-  for (const CalibratedParameter& parameter : result.calibrated) {
-    json["parameters"][parameter.name] = parameter_json(parameter);
-  }
-  json["time_step"] = time_step_json(result.time_step);
+  Json json = head_json(problem.experiment, "calibration");
+  add_search(result, options, json);
+  json["objective"]["best"] = result.score.evaluation.objective;
   json["agreement"] = agreement_json(problem, result.score, result.context);
   json["rms_position_m"] = result.score.rms_position;
-  json["objective"] = {{"best", result.score.evaluation.objective},
-                       {"noise", result.objective_noise},
-                       {"search_seeds", options.search_seeds},
-                       {"stop_reason", result.stop_reason}};
-  json["evaluations"] = result.evaluations.size();
-  json["simulations"] = result.simulations;
-  json["failed"] = result.failed;
   json["wall_time_s"] = wall_time;
-  json["warnings"] = result.warnings;
   write_json(folder.result(), json);
 }
 
@@ -319,7 +210,7 @@ void write_validation(const datasets::RunFolder& folder,
                       const ValidationResult& result,
                       double wall_time) {
   write_comparison(folder, problem, result.score);
-  Json json = head_json(problem, "validation");
+  Json json = head_json(problem.experiment, "validation");
   const ParameterSet bench = bench_parameters(problem.experiment);
   for (const std::string_view name : parameter_names) {
     json["parameters"][std::string(name)] = {{"value", value_of(result.parameters, name)},
@@ -333,7 +224,7 @@ void write_validation(const datasets::RunFolder& folder,
   json["agreement"] = agreement_json(problem, result.score, result.context);
   json["rms_position_m"] = result.score.rms_position;
   json["objective"] = {{"best", result.score.evaluation.objective},
-                       {"noise", objective_noise(problem.target, result.score.evaluation.runs)}};
+                       {"noise", problem.comparison->noise(result.score.evaluation.runs)}};
   json["evaluations"] = 1;
   json["simulations"] = result.score.evaluation.runs.size();
   json["failed"] = result.score.evaluation.failed;

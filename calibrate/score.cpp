@@ -14,11 +14,11 @@ double median(std::vector<double> values) {
 }
 
 ScoreContext score_context(const Problem& problem, int runs) {
-  const int replicates = static_cast<int>(problem.replicates.size());
+  const int replicates = static_cast<int>(problem.comparison->replicates().size());
   return {ceiling_percent(replicates, runs, Critical::thesis_196),
           ceiling_percent(replicates, runs, Critical::student_t),
-          leave_one_out_percent(problem.replicates, Critical::thesis_196),
-          leave_one_out_percent(problem.replicates, Critical::student_t)};
+          leave_one_out_percent(problem.comparison->replicates(), Critical::thesis_196),
+          leave_one_out_percent(problem.comparison->replicates(), Critical::student_t)};
 }
 
 Score score(const Problem& problem,
@@ -28,8 +28,8 @@ Score score(const Problem& problem,
             std::span<const std::uint64_t> seeds,
             const SimulationProgress& progress) {
   Score scored{.evaluation = ensemble.evaluate(stage, {&point, 1}, seeds, progress).front()};
-  const Band& band = problem.target.replicates;
-  datasets::Trajectories& mean = scored.evaluation.mean;
+  const Band& band = problem.comparison->target().replicates;
+  datasets::Trajectories mean = mean_of_runs(scored.evaluation.runs);
   // Where no run completed there is no mean: every test fails.
   if (mean.poses.empty()) {
     mean = datasets::make_trajectories(band.frames(), band.particles, false);

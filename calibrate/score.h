@@ -2,6 +2,8 @@
 // everything that one needs to read it.
 #pragma once
 
+#include "calibrate/agreement.h"
+#include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 
 namespace graintruth::calibrate {

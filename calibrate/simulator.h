@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "calibrate/bulk_measure.h"
 #include "calibrate/parameters.h"
 #include "datasets/trajectories.h"
 
@@ -27,8 +28,9 @@ struct SimulatedRun {
   RunStatus status = RunStatus::completed;
   std::string message;                  // one sentence where the run did not complete
   datasets::Trajectories trajectories;  // at the times of the measurement; unseen after a bad end
-  double time_step = 0.0;               // s
-  double seconds = 0.0;                 // processor time spent
+  BinMeasurement bin;      // where particles run out of a bin, in place of trajectories
+  double time_step = 0.0;  // s
+  double seconds = 0.0;    // processor time spent
 };
 
 // Deterministic in its argument. Throws Interrupted, and nothing else, when the user wants to stop.

@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<double, 3> shares = {1.0, 0.5, 0.25};  // of the largest fraction
 constexpr double confidence_95 = 1.96;                      // standard errors
 
-TimeStepRow row_of(const Target& target, const Evaluation& at, const Evaluation* at_half) {
+TimeStepRow row_of(const Comparison& comparison, const Evaluation& at, const Evaluation* at_half) {
   TimeStepRow row{.parameters = at.parameters,
                   .fraction = at.time_step_fraction,
                   .time_step = at.runs.front().time_step,
@@ -23,7 +23,7 @@ TimeStepRow row_of(const Target& target, const Evaluation& at, const Evaluation*
                   .failed = at.failed};
   if (at_half == nullptr) return row;
   row.change = at.objective - at_half->objective;
-  row.noise = std::hypot(objective_noise(target, at.runs), objective_noise(target, at_half->runs));
+  row.noise = std::hypot(comparison.noise(at.runs), comparison.noise(at_half->runs));
   return row;
 }
 
@@ -47,7 +47,7 @@ TimeStepChoice choose_time_step(Ensemble& ensemble,
   for (std::size_t i = 0; i < evaluations.size(); ++i) {
     const bool has_half = (i + 1) % shares.size() != 0;
     choice.rows.push_back(
-        row_of(ensemble.target(), evaluations[i], has_half ? &evaluations[i + 1] : nullptr));
+        row_of(ensemble.comparison(), evaluations[i], has_half ? &evaluations[i + 1] : nullptr));
   }
 
   // 3. The largest that passes everywhere

@@ -1,34 +1,11 @@
 #include "calibrate/uncertainty.h"
 
 #include <algorithm>
-#include <array>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
 
 namespace graintruth::calibrate {
 
 namespace {
-
-using Generator = boost::random::mt19937_64;
-
-// How often each of n things is drawn in n draws with replacement.
-std::vector<int> draw_weights(std::size_t n, Generator& generator) {
-  boost::random::uniform_int_distribution<std::size_t> which(0, n - 1);
-  std::vector<int> weights(n, 0);
-  for (std::size_t i = 0; i < n; ++i) ++weights[which(generator)];
-  return weights;
-}
-
-bool spread_over_two(const std::vector<int>& weights) {
-  return std::count_if(weights.begin(), weights.end(), [](int weight) { return weight > 0; }) > 1;
-}
-
-// sqrt(n / (n - 1)): what the bootstrap of n replicates lacks.
-double small_sample_factor(std::size_t replicates) {
-  const auto n = static_cast<double>(replicates);
-  return std::sqrt(n / (n - 1.0));
-}
 
 // Standard deviation over draws of the difference between two evaluations.
 double difference_deviation(const std::vector<std::vector<double>>& drawn,
@@ -99,46 +76,17 @@ const Evaluation& best_of(std::span<const Evaluation> evaluations) {
                            [](const auto& a, const auto& b) { return a.objective < b.objective; });
 }
 
-std::vector<std::vector<double>> draw_objectives(const Problem& problem,
-                                                 std::span<const Evaluation> evaluations,
-                                                 const BootstrapOptions& options) {
-  std::vector<std::vector<datasets::Trajectories>> tracks;
-  for (const Evaluation& evaluation : evaluations)
-    tracks.push_back(completed_tracks(evaluation.runs));
-  const std::vector<std::uint64_t> seeds = make_seeds(options.seed, "bootstrap", options.draws);
-  std::vector<std::vector<double>> drawn(static_cast<std::size_t>(options.draws));
-  parallel_for(options.draws, options.jobs, [&](int draw) {
-    Generator generator(seeds[static_cast<std::size_t>(draw)]);
-    // A draw of one replicate only has no spread left in it; it is drawn again.
-    std::vector<int> replicate_weights;
-    do {
-      replicate_weights = draw_weights(problem.replicates.size(), generator);
-    } while (!spread_over_two(replicate_weights));
-    const Band band = measure(problem.replicates, replicate_weights);
-    for (const auto& runs : tracks) {
-      const double value =
-          runs.empty() ? objective_of_rest(band, problem.target.widths)
-                       : objective(band,
-                                   problem.target.widths,
-                                   mean_track(measure(runs, draw_weights(runs.size(), generator))));
-      drawn[static_cast<std::size_t>(draw)].push_back(value);
-    }
-  });
-  return drawn;
-}
-
-Excess excess_over(const Problem& problem,
+Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
                    const BootstrapOptions& options) {
   const std::vector<Evaluation> both = {reference, evaluation};
-  const std::size_t n = problem.replicates.size();
   return {evaluation.objective - reference.objective,
-          critical_value(Critical::student_t, static_cast<int>(n)) * small_sample_factor(n) *
-              difference_deviation(draw_objectives(problem, both, options), 0, 1)};
+          comparison.significance() *
+              difference_deviation(comparison.draw_objectives(both, options), 0, 1)};
 }
 
-std::vector<Evaluation> compatible_with(const Problem& problem,
+std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
                                         const BootstrapOptions& options) {
@@ -147,13 +95,13 @@ std::vector<Evaluation> compatible_with(const Problem& problem,
   std::vector<Evaluation> compatible;
   for (const Evaluation& evaluation : evaluations) {
     if (evaluation.objective > hopeless * reference.objective) continue;
-    if (excess_over(problem, reference, evaluation, options).is_compatible())
+    if (excess_over(comparison, reference, evaluation, options).is_compatible())
       compatible.push_back(evaluation);
   }
   return compatible;
 }
 
-Surrogate fit_surrogate(const Problem& problem,
+Surrogate fit_surrogate(const Comparison& comparison,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space) {
   constexpr double cut = 20.0;  // times the lowest objective
@@ -165,7 +113,7 @@ Surrogate fit_surrogate(const Problem& problem,
     if (evaluation.failed > 0) continue;
     points.push_back(space.to_unit(evaluation.parameters));
     values.push_back(std::log(std::min(evaluation.objective, highest)));
-    noise.push_back(objective_noise(problem.target, evaluation.runs) / evaluation.objective);
+    noise.push_back(comparison.noise(evaluation.runs) / evaluation.objective);
   }
   return Surrogate(points, values, noise);
 }
@@ -186,12 +134,12 @@ UnitPoint surrogate_minimum(const Surrogate& surrogate,
 }
 
 std::vector<Profile> profile_parameters(
-    const Problem& problem,
+    const Comparison& comparison,
     const ParameterSpace& space,
     std::span<const Evaluation> evaluations,
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options) {
-  const Surrogate surrogate = fit_surrogate(problem, evaluations, space);
+  const Surrogate surrogate = fit_surrogate(comparison, evaluations, space);
   const Evaluation reference = best_of(evaluations);
   const UnitPoint centre = space.to_unit(reference.parameters);
   std::vector<Profile> profiles;
@@ -211,7 +159,7 @@ std::vector<Profile> profile_parameters(
   }
 
   for (const Evaluation& evaluation :
-       compatible_with(problem, reference, evaluations, options.bootstrap)) {
+       compatible_with(comparison, reference, evaluations, options.bootstrap)) {
     const UnitPoint point = space.to_unit(evaluation.parameters);
     for (End& end : ends) {
       if ((point[end.dimension] - end.inside) * end.direction > 0.0)
@@ -233,7 +181,7 @@ std::vector<Profile> profile_parameters(
     // 2. All of them simulated at once, and tested
     const std::vector<Evaluation> tried = evaluate(places);
     for (std::size_t i = 0; i < open.size(); ++i) {
-      const Excess excess = excess_over(problem, reference, tried[i], options.bootstrap);
+      const Excess excess = excess_over(comparison, reference, tried[i], options.bootstrap);
       Profile& profile = profiles[open[i]->dimension];
       profile.points.push_back({value_of(places[i], profile.name), tried[i].objective, excess});
       open[i]->learn(open[i]->next(), excess.is_compatible());

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/problem.h"
+#include "calibrate/comparison.h"
 #include "calibrate/surrogate.h"
 
 namespace graintruth::calibrate {
@@ -16,34 +16,21 @@ struct Interval {
   double upper = 0.0;
 };
 
-struct BootstrapOptions {
-  int draws = 300;
-  std::uint64_t seed = 1;
-  int jobs = 1;
-};
-
-// Objectives of the same evaluations for replicates (outer) and seeds (inner) drawn anew with
-// replacement: [draw][evaluation]. No new simulations are run.
-std::vector<std::vector<double>> draw_objectives(const Problem& problem,
-                                                 std::span<const Evaluation> evaluations,
-                                                 const BootstrapOptions& options);
-
 // How much worse an evaluation is than the reference, and by how much it may be worse before that
-// is significant: Student's t(0.975, n - 1) times the bootstrap standard deviation of the
-// difference, times sqrt(n / (n - 1)) because n replicates drawn from n vary too little (Efron and
-// Tibshirani 1993, section 5.3; Hesterberg 2015).
+// is significant: Comparison::significance() times the bootstrap standard deviation of the
+// difference.
 struct Excess {
   double objective = 0.0;  // above the reference's
   double allowed = 0.0;
   bool is_compatible() const { return objective <= allowed; }
 };
-Excess excess_over(const Problem& problem,
+Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
                    const BootstrapOptions& options);
 
 // Those of the evaluations that cannot be told apart from the reference.
-std::vector<Evaluation> compatible_with(const Problem& problem,
+std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
                                         const BootstrapOptions& options);
@@ -76,7 +63,7 @@ struct ProfileOptions {
 // `evaluate` runs new parameter sets with the seeds of the search. `evaluations` are those of the
 // search so far; the best of them is the reference.
 std::vector<Profile> profile_parameters(
-    const Problem& problem,
+    const Comparison& comparison,
     const ParameterSpace& space,
     std::span<const Evaluation> evaluations,
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
@@ -85,7 +72,7 @@ std::vector<Profile> profile_parameters(
 // The surrogate of the log objective over the unit cube of `space`. Failed evaluations are left
 // out; the objective is cut off well above its minimum, where the landscape is a cliff (particles
 // jam) that would hide the valley's lengths.
-Surrogate fit_surrogate(const Problem& problem,
+Surrogate fit_surrogate(const Comparison& comparison,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space);
 

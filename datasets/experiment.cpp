@@ -237,6 +237,9 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     } else if (bin && bin->orifice_width == 0.0) {
       section.fail("orifice_width_mm", "is missing; give it here or once in [rig]");
     }
+    replicate.held_out = section.optional_flag("held_out");
+    if (replicate.held_out && !bin)
+      section.fail("held_out", "needs a rig of kind 'flat_bin_orifice'");
     if (const auto corrections = section.optional_text("corrections")) {
       replicate.corrections = folder / *corrections;
       if (!std::filesystem::is_regular_file(replicate.corrections)) {

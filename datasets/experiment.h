@@ -103,6 +103,9 @@ struct Replicate {
   std::optional<double> frame_rate;     // Hz, where it is not the camera's
   std::optional<double> orifice_width;  // m, where it is not the rig's
   std::filesystem::path corrections;  // CSV of corrections made by hand; empty where there are none
+  // Kept out of the calibration, to be predicted. Where no replicate of a bin says so, see
+  // calibrate/bin_problem.h.
+  std::optional<bool> held_out;
 };
 
 // When and what is compared.

@@ -1,5 +1,7 @@
 #include "reports/report.h"
 
+#include <vector>
+
 #include "reports/assets.h"
 #include "reports/page.h"
 #include "reports/run_data.h"
@@ -11,8 +13,15 @@ namespace {
 
 Section method_section(const RunData& data) {
   Section section("method", "Method and definitions");
-  section.add_template("method", {{"calibration", data.is_calibration()}});
+  section.add_template(data.is_flow() ? "method_flow" : "method",
+                       {{"calibration", data.is_calibration()}});
   return section;
+}
+
+// A validation needs something that was held out.
+std::string kind_of(const RunData& data) {
+  if (!data.is_calibration()) return "Comparison at given parameters";
+  return data.has_held_out() ? "Calibration and validation report" : "Calibration report";
 }
 
 std::string experiment_title(const RunData& data) {
@@ -31,31 +40,32 @@ std::string build_report(const datasets::RunFolder& folder) {
 
   // 2. The sections, each from the data alone
   Json sections = Json::array();
-  for (const Section& section : {parameters_section(data),
-                                 agreement_section(data),
-                                 tracks_section(data),
-                                 search_section(data),
-                                 rms_section(data),
-                                 time_step_section(data),
-                                 films_section(data),
-                                 method_section(data),
-                                 provenance_section(data)})
-    sections.push_back(section.view());
+  std::vector<Section> all = {parameters_section(data)};
+  if (data.is_flow()) {
+    all.push_back(flow_section(data));
+  } else {
+    all.push_back(agreement_section(data));
+    all.push_back(tracks_section(data));
+  }
+  all.push_back(search_section(data));
+  if (!data.is_flow()) all.push_back(rms_section(data));
+  for (auto* make : {time_step_section, films_section, method_section, provenance_section})
+    all.push_back(make(data));
+  for (const Section& section : all) sections.push_back(section.view());
 
   // 3. The page around them
-  return render(
-      "page",
-      {{"kind", data.is_calibration() ? "Calibration report" : "Comparison at given parameters"},
-       {"title", experiment_title(data)},
-       {"experiment", text(data.result, {"experiment"})},
-       {"date", text(data.run, {"started_at"})},
-       {"version", text(data.run, {"version"})},
-       {"note", text(data.result, {"note"})},
-       {"verdict", render("verdict", verdict_view(data))},
-       {"sections", sections},
-       {"style", asset("page.css")},
-       {"plotly", asset("plotly.min.js")},
-       {"figures", asset("figures.js")}});
+  return render("page",
+                {{"kind", kind_of(data)},
+                 {"title", experiment_title(data)},
+                 {"experiment", text(data.result, {"experiment"})},
+                 {"date", text(data.run, {"started_at"})},
+                 {"version", text(data.run, {"version"})},
+                 {"note", text(data.result, {"note"})},
+                 {"verdict", render("verdict", verdict_view(data))},
+                 {"sections", sections},
+                 {"style", asset("page.css")},
+                 {"plotly", asset("plotly.min.js")},
+                 {"figures", asset("figures.js")}});
 }
 
 void write_report(const datasets::RunFolder& folder) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 
@@ -28,6 +29,14 @@ Json read_json(const std::filesystem::path& file) {
 }  // namespace
 
 bool RunData::is_calibration() const { return text(result, {"kind"}) != "validation"; }
+
+bool RunData::is_flow() const { return text(result, {"kind"}) == "bin_calibration"; }
+
+bool RunData::has_held_out() const {
+  const Json& rows = list(result, {"comparison"});
+  return std::any_of(
+      rows.begin(), rows.end(), [](const Json& row) { return at(row, {"held_out"}) == true; });
+}
 
 std::optional<datasets::Table> RunData::table(std::string_view name) const {
   const std::filesystem::path file = folder.table(name);

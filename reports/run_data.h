@@ -24,6 +24,8 @@ struct RunData {
   Json tracking;  // tracking.json
 
   bool is_calibration() const;  // false: a comparison at given parameters
+  bool is_flow() const;         // of what runs out of a bin, not of tracks
+  bool has_held_out() const;    // something was predicted that the search never saw
   // tables/<name>.csv; nothing when it is absent or has no rows.
   std::optional<datasets::Table> table(std::string_view name) const;
 };

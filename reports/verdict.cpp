@@ -214,15 +214,17 @@ Json verdict_view(const RunData& data) {
                                standing_sentence(agreement),
                                single_run_sentence(agreement)})
     if (!sentence.empty()) sentences.push_back(std::move(sentence));
-  if (!agreement.is_object())
+  for (std::string& sentence : flow_sentences(data)) sentences.push_back(std::move(sentence));
+  if (!agreement.is_object() && !data.is_flow())
     sentences.emplace_back("No agreement with tracks was computed in this run.");
-  sentences.emplace_back(data.is_calibration()
-                             ? "The same films served to find these values and to score them. "
-                               "Nothing was held out, so this is a "
-                               "calibration and not a validation."
-                             : "The parameters were given; nothing was tuned in this run. Whether "
-                               "the films had a part in finding them, "
-                               "this page cannot know.");
+  if (!data.has_held_out())
+    sentences.emplace_back(
+        data.is_calibration() ? "The same films served to find these values and to score them. "
+                                "Nothing was held out, so this is a "
+                                "calibration and not a validation."
+                              : "The parameters were given; nothing was tuned in this run. Whether "
+                                "the films had a part in finding them, "
+                                "this page cannot know.");
   return {{"absence", ""},
           {"tiles", tiles(data)},
           {"sentences", sentences},

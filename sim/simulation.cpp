@@ -223,6 +223,45 @@ void Simulation::add_bodies(const std::vector<Body>& bodies) {
   });
 }
 
+void Simulation::remove_bodies(const std::vector<int>& indices) {
+  Engines& all = *engines_;
+  const auto count = static_cast<int>(all.scene.bodies.size());
+  std::vector<char> gone(all.scene.bodies.size(), 0);
+  for (const int i : indices) {
+    if (i < 0 || i >= count) {
+      throw std::invalid_argument("remove_bodies: there is no body " + std::to_string(i));
+    }
+    gone[static_cast<std::size_t>(i)] = 1;
+  }
+  if (std::count(gone.begin(), gone.end(), 0) == 0) {
+    throw std::invalid_argument("remove_bodies: at least one body must stay");
+  }
+  std::vector<std::int64_t> first_sphere = {0};
+  for (const Body& body : all.scene.bodies) {
+    const std::size_t spheres = all.scene.types[static_cast<std::size_t>(body.type)].spheres.size();
+    first_sphere.push_back(first_sphere.back() + static_cast<std::int64_t>(spheres));
+  }
+  const Snapshot left = without_bodies(save(), gone, first_sphere);
+  const auto without_gone = [&gone](const std::vector<Body>& bodies) {
+    std::vector<Body> stay;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (gone[i] == 0) stay.push_back(bodies[i]);
+    }
+    return stay;
+  };
+  // The new engine begins among walls that stand where they are now; the snapshot then gives it
+  // their motion, and the state of every contact.
+  Scene start = all.scene;
+  start.bodies = without_gone(scene_now().bodies);
+  all.scene.bodies = without_gone(all.scene.bodies);
+  all.visit([&](auto& engine) {
+    start.walls = engine.walls_now();
+    std::decay_t<decltype(engine)> smaller(start, all.options);
+    smaller.restore(left);
+    engine = std::move(smaller);
+  });
+}
+
 void Simulation::clear_velocities() {
   engines_->visit([](auto& engine) { engine.clear_velocities(); });
 }

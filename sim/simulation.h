@@ -114,6 +114,10 @@ class Simulation {
   // Places more bodies; they get the next indices. What is in motion goes on, contacts included.
   // Throws std::invalid_argument as check(Scene) does.
   void add_bodies(const std::vector<Body>& bodies);
+  // Takes bodies out, such as those that have fallen out of a bin; the others keep their order and
+  // their contacts, and get the indices that close the gaps. Throws std::invalid_argument for an
+  // index that no body has, or when none would be left.
+  void remove_bodies(const std::vector<int>& indices);
 
   // Everything that decides how it goes on. A simulation of the same scene and options that has
   // been put back to a snapshot goes on with the same bits, whatever it did before.

@@ -153,6 +153,39 @@ void walk_snapshot(Archive& archive, SomeSnapshot& s) {
 
 }  // namespace
 
+Snapshot without_bodies(const Snapshot& snapshot,
+                        std::span<const char> gone,
+                        std::span<const std::int64_t> first_sphere) {
+  Snapshot left = snapshot;
+  left.bodies.clear();
+  left.body_count = 0;
+  left.sphere_count = 0;
+  // The new index of each sphere; -1 where its body is gone
+  std::vector<std::int64_t> sphere(static_cast<std::size_t>(first_sphere.back()), -1);
+  const auto numbers = static_cast<std::ptrdiff_t>(numbers_per_body(snapshot.dimensions));
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i] != 0) continue;
+    const auto of_body = snapshot.bodies.begin() + static_cast<std::ptrdiff_t>(i) * numbers;
+    left.bodies.insert(left.bodies.end(), of_body, of_body + numbers);
+    ++left.body_count;
+    for (std::int64_t s = first_sphere[i]; s < first_sphere[i + 1]; ++s) {
+      sphere[static_cast<std::size_t>(s)] = left.sphere_count++;
+    }
+  }
+  const auto keep = [&sphere](std::vector<KeptContact>& contacts, bool between_bodies) {
+    std::vector<KeptContact> kept;
+    for (KeptContact contact : contacts) {
+      contact.first_sphere = sphere[static_cast<std::size_t>(contact.first_sphere)];
+      if (between_bodies) contact.second = sphere[static_cast<std::size_t>(contact.second)];
+      if (contact.first_sphere >= 0 && contact.second >= 0) kept.push_back(contact);
+    }
+    contacts = std::move(kept);
+  };
+  keep(left.between_bodies, true);
+  keep(left.with_walls, false);
+  return left;
+}
+
 std::vector<std::byte> to_bytes(const Snapshot& snapshot) {
   Writer writer;
   for (const char letter : kMagic) writer.bytes().push_back(static_cast<std::byte>(letter));

@@ -55,6 +55,12 @@ constexpr std::size_t numbers_per_wall_surface(std::int64_t dimensions) {
   return dimensions == 2 ? 10 : 19;
 }
 
+// The snapshot of what is left when the bodies marked in `gone` (one entry a body) are taken out.
+// `first_sphere` is that of each body, and one past the last.
+Snapshot without_bodies(const Snapshot& snapshot,
+                        std::span<const char> gone,
+                        std::span<const std::int64_t> first_sphere);
+
 // The eight letters "GTSNAP01"; then the members of Snapshot in their order, integers as 64-bit and
 // numbers as IEEE 754 doubles, both little-endian; a vector is its length and its elements, and so
 // is every member of an element; at the end the FNV-1a hash (64 bits) of all bytes before it.

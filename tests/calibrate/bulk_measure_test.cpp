@@ -96,6 +96,8 @@ TEST(SteadyRate, IsNotInventedWhereTheFlowStutters) {
   EXPECT_EQ(find_arching(discharge, rig).pauses.size(), 9U);
   EXPECT_FALSE(find_arching(discharge, rig).jammed);
   discharge.particles = 120;
+  EXPECT_FALSE(find_arching(discharge, rig).jammed);  // a heap beside the orifice
+  discharge.over_orifice = 20;
   EXPECT_TRUE(find_arching(discharge, rig).jammed);
 }
 

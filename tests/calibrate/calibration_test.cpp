@@ -16,7 +16,7 @@ CalibrationResult calibrated(const Simulator& simulator,
                              const CalibrationOptions& options) {
   const TemporaryFolder folder;
   Journal journal(folder / "j.db");
-  Ensemble ensemble(simulator, journal, problem.hash, problem.target, options.jobs);
+  Ensemble ensemble({Scene{problem.hash, simulator}}, journal, problem.comparison, options.jobs);
   return calibrate(problem, ensemble, options);
 }
 
@@ -87,9 +87,9 @@ TEST(Calibrate, IsTheSameForAnyNumberOfThreadsAndOnResuming) {
     if (left-- == 0) throw Interrupted();
     return toy::simulator(0.002)(request);
   };
-  Ensemble first(interrupted, journal, problem.hash, problem.target, 1);
+  Ensemble first({Scene{problem.hash, interrupted}}, journal, problem.comparison, 1);
   EXPECT_THROW(calibrate(problem, first, options), Interrupted);
-  Ensemble second(toy::simulator(0.002), journal, problem.hash, problem.target, 1);
+  Ensemble second({Scene{problem.hash, toy::simulator(0.002)}}, journal, problem.comparison, 1);
   const CalibrationResult resumed = calibrate(problem, second, options);
   EXPECT_EQ(resumed.parameters.friction_particle_particle,
             two.parameters.friction_particle_particle);

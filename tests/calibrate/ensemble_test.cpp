@@ -22,7 +22,8 @@ TEST(Ensemble, GivesTheSameForAnyNumberOfThreads) {
   std::vector<double> objectives;
   for (const int jobs : {1, 4}) {
     Journal journal(folder / ("j" + std::to_string(jobs)));
-    Ensemble ensemble(toy::simulator(0.01), journal, problem.hash, problem.target, jobs);
+    Ensemble ensemble(
+        {Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, jobs);
     for (const Evaluation& evaluation : ensemble.evaluate("test", points, seeds))
       objectives.push_back(evaluation.objective);
   }
@@ -35,10 +36,10 @@ TEST(Ensemble, RepeatsNoSimulationThatIsInTheJournal) {
   const Problem problem = toy::problem({}, 5, 1);
   const auto seeds = make_seeds(3, "test", 6);
   Journal journal(folder / "j.db");
-  Ensemble first(toy::simulator(0.01), journal, problem.hash, problem.target, 2);
+  Ensemble first({Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, 2);
   const auto before = first.evaluate("test", points, seeds);
   EXPECT_EQ(first.simulated(), 12);
-  Ensemble second(toy::simulator(0.01), journal, problem.hash, problem.target, 2);
+  Ensemble second({Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, 2);
   const auto after = second.evaluate("test", points, seeds);
   EXPECT_EQ(second.simulated(), 0);
   EXPECT_EQ(after[1].objective, before[1].objective);
@@ -53,12 +54,13 @@ TEST(Ensemble, ScoresRunsThatFailAndLivesOn) {
     if (request.parameters.friction_particle_particle > 0.3) run.status = RunStatus::unstable;
     return run;
   };
-  Ensemble ensemble(failing, journal, problem.hash, problem.target, 2);
+  Ensemble ensemble({Scene{problem.hash, failing}}, journal, problem.comparison, 2);
   const auto evaluations = ensemble.evaluate("test", points, make_seeds(3, "test", 4));
   EXPECT_EQ(evaluations[0].failed, 0);
   EXPECT_EQ(evaluations[1].failed, 4);
   EXPECT_EQ(evaluations[1].objective,
-            objective_of_rest(problem.target.replicates, problem.target.widths));
+            objective_of_rest(problem.comparison->target().replicates,
+                              problem.comparison->target().widths));
 }
 
 TEST(Ensemble, KeepsWhatEndedBeforeAnInterruption) {
@@ -70,7 +72,7 @@ TEST(Ensemble, KeepsWhatEndedBeforeAnInterruption) {
     if (left-- == 0) throw Interrupted();
     return toy::simulator(0.01)(request);
   };
-  Ensemble ensemble(interrupted, journal, problem.hash, problem.target, 1);
+  Ensemble ensemble({Scene{problem.hash, interrupted}}, journal, problem.comparison, 1);
   EXPECT_THROW(ensemble.evaluate("test", points, make_seeds(3, "test", 6)), Interrupted);
   EXPECT_EQ(journal.rows().size(), 5U);
 }
@@ -93,7 +95,7 @@ TEST(ObjectiveNoise, IsTheSpreadOverEnsembles) {
   const TemporaryFolder folder;
   const Problem problem = toy::problem({}, 5, 1);
   Journal journal(folder / "j.db");
-  Ensemble ensemble(toy::simulator(0.01), journal, problem.hash, problem.target, 2);
+  Ensemble ensemble({Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, 2);
   double mean = 0.0;
   double squares = 0.0;
   double jackknifed = 0.0;
@@ -107,7 +109,7 @@ TEST(ObjectiveNoise, IsTheSpreadOverEnsembles) {
             .front();
     mean += evaluation.objective / repeats;
     squares += evaluation.objective * evaluation.objective / repeats;
-    jackknifed += objective_noise(problem.target, evaluation.runs) / repeats;
+    jackknifed += problem.comparison->noise(evaluation.runs) / repeats;
   }
   const double spread = std::sqrt((squares - mean * mean) * repeats / (repeats - 1));
   EXPECT_GT(jackknifed, 0.7 * spread);  // 60 ensembles know the spread to 9 %

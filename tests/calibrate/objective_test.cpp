@@ -16,7 +16,7 @@ datasets::Trajectories shifted(datasets::Trajectories tracks, double x) {
 
 TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, widths] = problem.target;
+  const auto [replicates, widths] = problem.comparison->target();
   const datasets::Trajectories mean = mean_track(replicates);
   EXPECT_NEAR(objective(replicates, widths, mean), 0.0, 1e-12);
   double last = 0.0;
@@ -29,7 +29,7 @@ TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
 
 TEST(Objective, GrowsLinearlyFarOut) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, widths] = problem.target;
+  const auto [replicates, widths] = problem.comparison->target();
   const datasets::Trajectories mean = mean_track(replicates);
   const double once = objective(replicates, widths, shifted(mean, 10.0));
   const double twice = objective(replicates, widths, shifted(mean, 20.0));
@@ -38,7 +38,7 @@ TEST(Objective, GrowsLinearlyFarOut) {
 
 TEST(Objective, IsFiniteForAModelThatSawNothing) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, widths] = problem.target;
+  const auto [replicates, widths] = problem.comparison->target();
   const double rest = objective_of_rest(replicates, widths);
   EXPECT_TRUE(std::isfinite(rest));
   EXPECT_GT(rest, 1.0);

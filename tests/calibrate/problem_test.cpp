@@ -36,19 +36,19 @@ TEST(MakeProblem, RefusesTracksThatDoNotFit) {
   const Problem good = toy::problem({}, 3, 1);
   datasets::Experiment experiment = good.experiment;
   experiment.particle.count = 5;
-  EXPECT_THROW(make_problem(experiment, good.replicates), datasets::InputError);
+  EXPECT_THROW(make_problem(experiment, good.comparison->replicates()), datasets::InputError);
   experiment = good.experiment;
   experiment.measurement.frames = 100;
-  EXPECT_THROW(make_problem(experiment, good.replicates), datasets::InputError);
+  EXPECT_THROW(make_problem(experiment, good.comparison->replicates()), datasets::InputError);
 }
 
 TEST(MakeProblem, ItsHashKnowsEveryInput) {
   const Problem problem = toy::problem({}, 3, 1);
-  EXPECT_EQ(make_problem(problem.experiment, problem.replicates).hash, problem.hash);
+  EXPECT_EQ(make_problem(problem.experiment, problem.comparison->replicates()).hash, problem.hash);
   datasets::Experiment heavier = problem.experiment;
   heavier.particle.mass *= 1.0000001;
-  EXPECT_NE(make_problem(heavier, problem.replicates).hash, problem.hash);
-  std::vector<datasets::Trajectories> moved = problem.replicates;
+  EXPECT_NE(make_problem(heavier, problem.comparison->replicates()).hash, problem.hash);
+  std::vector<datasets::Trajectories> moved = problem.comparison->replicates();
   moved[1].poses[7].x += 1e-12;
   EXPECT_NE(make_problem(problem.experiment, moved).hash, problem.hash);
 }

@@ -24,7 +24,7 @@ Simulator drifting(double gain, double noise) {
 TimeStepChoice choose(const Simulator& simulator, const Problem& problem) {
   const TemporaryFolder folder;
   Journal journal(folder / "j.db");
-  Ensemble ensemble(simulator, journal, problem.hash, problem.target, 2);
+  Ensemble ensemble({Scene{problem.hash, simulator}}, journal, problem.comparison, 2);
   const std::vector<ParameterSet> places = {{0.3, 0.3, 0.7}, {0.1, 0.4, 0.7}};
   return choose_time_step(ensemble, places, 0.4, make_seeds(1, "gate", 8));
 }

@@ -4,6 +4,8 @@
 #include <boost/random/normal_distribution.hpp>
 #include <cmath>
 
+#include "calibrate/ensemble.h"
+
 namespace graintruth::calibrate::toy {
 
 datasets::Trajectories run(const ParameterSet& parameters, double noise, std::uint64_t seed) {

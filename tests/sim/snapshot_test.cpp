@@ -49,6 +49,38 @@ TEST(Snapshot, GoesOnWithTheSameBits) {
   }
 }
 
+// A body far from all others is taken out: they must go on as if it had stayed, bit for bit.
+TEST(Snapshot, TakingABodyOutLeavesTheOthersAlone) {
+  for (const bool planar : {true, false}) {
+    Scene scene = relaxed_rig(planar);
+    Body lonely = scene.bodies.front();
+    lonely.position.z() += 3.0;
+    scene.bodies.insert(scene.bodies.begin() + 4, lonely);
+    Simulation whole(scene), thinned(scene);
+    for (Simulation* simulation : {&whole, &thinned}) {
+      simulation->run_until(0.02);
+      change_things(*simulation);
+      simulation->run_until(0.05);
+    }
+    ASSERT_FALSE(thinned.contacts().empty());
+    thinned.remove_bodies({4});
+    EXPECT_EQ(thinned.contacts().size(), whole.contacts().size());
+    for (Simulation* simulation : {&whole, &thinned}) simulation->run_until(0.1);
+    State expected = whole.state();
+    expected.position.erase(expected.position.begin() + 4);
+    expected.velocity.erase(expected.velocity.begin() + 4);
+    EXPECT_EQ(thinned.state().position, expected.position);
+    EXPECT_EQ(thinned.state().velocity, expected.velocity);
+  }
+}
+
+TEST(Snapshot, BodiesThatAreNotThereCannotBeTakenOut) {
+  Simulation simulation(relaxed_rig(true));
+  EXPECT_THROW(simulation.remove_bodies({10}), std::invalid_argument);
+  EXPECT_THROW(simulation.remove_bodies({-1}), std::invalid_argument);
+  EXPECT_THROW(simulation.remove_bodies({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), std::invalid_argument);
+}
+
 TEST(Snapshot, SavingChangesNothing) {
   const Scene scene = relaxed_rig(true);
   Simulation looked_at(scene), left_alone(scene);

@@ -1,0 +1,161 @@
+#include "calibrate/bin_problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "datasets/input_error.h"
+#include "datasets/run_folder.h"
+#include "datasets/table.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr const char* numbers_version = "1";  // see problem.cpp
+constexpr double arching_diameters = 6.0;     // orifices narrower than this arch
+
+void append(std::string& text, double value) { text += datasets::number_text(value) + ";"; }
+
+std::string hash_of(const BinStart& start) {
+  std::string text = numbers_version;
+  const datasets::Experiment& experiment = start.experiment;
+  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+    append(text, sphere.offset);
+    append(text, sphere.radius);
+  }
+  const datasets::EllipticalPlate& plate = *experiment.particle.plate;
+  for (const double value : {plate.semi_major,
+                             plate.semi_minor,
+                             plate.thickness,
+                             experiment.particle.mass,
+                             experiment.material.elastic_modulus,
+                             experiment.material.poisson_ratio,
+                             experiment.rig.gravity,
+                             experiment.rig.bin->width,
+                             experiment.rig.bin->height,
+                             experiment.rig.bin->orifice_width,
+                             start.standard_deviation.x,
+                             start.standard_deviation.z,
+                             start.standard_deviation.angle,
+                             start.duration,
+                             start.frame_interval,
+                             start.profile_height,
+                             start.impact_speed})
+    append(text, value);
+  for (const datasets::Pose& pose : start.bed) {
+    append(text, pose.x);
+    append(text, pose.z);
+    append(text, pose.angle);
+  }
+  return datasets::content_hash(text);
+}
+
+// Median over particles and frames of what the tracker says of its own error.
+datasets::Pose typical_error(const datasets::Trajectories& track) {
+  datasets::Pose typical{0.0, 0.0, 0.0};  // where the tracks state none
+  for (double datasets::Pose::*member :
+       {&datasets::Pose::x, &datasets::Pose::z, &datasets::Pose::angle}) {
+    std::vector<double> values;
+    for (const datasets::Pose& sigma : track.sigmas) {
+      if (std::isfinite(sigma.*member)) values.push_back(sigma.*member);
+    }
+    if (values.empty()) continue;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    typical.*member = *middle;
+  }
+  return typical;
+}
+
+BinStart start_of(const datasets::Experiment& experiment,
+                  const datasets::Replicate& replicate,
+                  const datasets::Trajectories& track,
+                  const BinMeasurement& measured) {
+  BinStart start{.experiment = datasets::as_filmed(experiment, replicate),
+                 .rig = bulk_rig(experiment, replicate)};
+  start.bed = measure_starts({&track, 1}).mean;
+  int unseen = 0;
+  for (const datasets::Pose& pose : start.bed)
+    unseen += std::isfinite(pose.x) && std::isfinite(pose.z) && std::isfinite(pose.angle) ? 0 : 1;
+  if (static_cast<int>(start.bed.size()) != experiment.particle.count || unseen > 0) {
+    throw datasets::InputError(fmt::format(
+        "{}: {} particles are seen at rest before the orifice opens, but particle.count is {}; "
+        "correct particle.count, or the tracks with a file of corrections.",
+        replicate.name,
+        static_cast<int>(start.bed.size()) - unseen,
+        experiment.particle.count));
+  }
+  start.standard_deviation = typical_error(track);
+  start.duration = track.time.back();
+  start.frame_interval =
+      (track.time.back() - track.time.front()) / static_cast<double>(track.frames() - 1);
+  start.profile_height = measured.profile.height;
+  return start;
+}
+
+void choose_held_out(std::vector<BinStart>& starts) {
+  const auto& replicates = starts.front().experiment.replicates;
+  const bool stated = std::any_of(replicates.begin(), replicates.end(), [](const auto& replicate) {
+    return replicate.held_out.has_value();
+  });
+  std::set<double> wide;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    if (stated) starts[i].held_out = replicates[i].held_out.value_or(false);
+    const BulkRig& rig = starts[i].rig;
+    if (rig.orifice >= arching_diameters * rig.particle_diameter) wide.insert(rig.orifice);
+  }
+  if (stated || wide.size() < 2) return;
+  for (BinStart& start : starts) start.held_out = !wide.contains(start.rig.orifice);
+}
+
+}  // namespace
+
+BinProblem make_bin_problem(const datasets::Experiment& experiment,
+                            std::span<const datasets::Trajectories> tracks) {
+  if (!experiment.particle.plate) {
+    throw datasets::InputError(
+        fmt::format("{}: particle.plate is missing; what runs out of a bin is measured as plates.",
+                    experiment.file.string()));
+  }
+  BinProblem problem{.experiment = experiment};
+  std::vector<FilmedBin> films;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const datasets::Replicate& replicate = experiment.replicates[i];
+    FilmedBin film{.name = replicate.name, .rig = bulk_rig(experiment, replicate)};
+    if (tracks[i].frames() < 2 || tracks[i].time.back() <= 0.0) {
+      throw datasets::InputError(
+          fmt::format("{}: nothing is seen after the orifice opens; film until the flow ends.",
+                      replicate.name));
+    }
+    film.measured = measure_bin(tracks[i], film.rig);
+    problem.starts.push_back(start_of(experiment, replicate, tracks[i], film.measured));
+    films.push_back(std::move(film));
+  }
+  choose_held_out(problem.starts);
+  double widest = 0.0;
+  for (const BinStart& start : problem.starts) widest = std::max(widest, start.rig.orifice);
+  for (BinStart& start : problem.starts) {
+    start.impact_speed = std::sqrt(2.0 * start.rig.gravity * widest);
+    start.hash = hash_of(start);
+  }
+  std::vector<FilmedBin> calibrated;
+  for (std::size_t i = 0; i < films.size(); ++i) {
+    if (problem.starts[i].held_out) continue;
+    calibrated.push_back(films[i]);
+    problem.calibrated_films.push_back(i);
+  }
+  problem.all = std::make_shared<BinComparison>(std::move(films));
+  problem.calibrated = std::make_shared<BinComparison>(std::move(calibrated));
+  if (problem.calibrated->scatter().freedom == 0) {
+    throw datasets::InputError(fmt::format(
+        "{}: no orifice that is calibrated on has two films; the scatter between films of the same "
+        "orifice is the only measure of how exactly its rate is known.",
+        experiment.file.string()));
+  }
+  return problem;
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,26 @@
+// What tracking and calibration on films of a bin leave in their run folder.
+#pragma once
+
+#include <span>
+
+#include "calibrate/bin_calibration.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::calibrate {
+
+// measured.json, and the tables discharge, flow_rates and velocity_profiles. `tracks` are those of
+// the films.
+void write_bin_measurements(const datasets::RunFolder& folder,
+                            const datasets::Experiment& experiment,
+                            std::span<const FilmedBin> films,
+                            std::span<const datasets::Trajectories> tracks,
+                            const BinFits& fits);
+
+// result.json and the tables of the report; `wall_time` in s.
+void write_bin_calibration(const datasets::RunFolder& folder,
+                           const BinProblem& problem,
+                           const CalibrationOptions& options,
+                           const BinCalibrationResult& result,
+                           double wall_time);
+
+}  // namespace graintruth::calibrate

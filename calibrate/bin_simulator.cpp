@@ -1,0 +1,169 @@
+#include "calibrate/bin_simulator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+#include <cmath>
+#include <limits>
+
+#include "calibrate/dem_rig.h"
+#include "sim/relaxation.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr double settling_time = 0.1;     // s of rest on the closed orifice
+constexpr double allowed_overlap = 0.01;  // of the particle diameter, in the hardest impact
+
+// The bin, closed: the stopper is the last wall.
+sim::Scene closed_bin(const BinStart& start, const ParameterSet& parameters, double restitution) {
+  sim::Scene scene =
+      empty_scene(start.experiment, simulated_modulus(start), parameters, restitution);
+  for (const datasets::Wall& wall : start.experiment.rig.walls) {
+    sim::Vec2 to(wall.to_x, wall.to_z);
+    // A camera sees no particle above the side walls' ends, but a measured bed may touch them.
+    if (wall.from_x == wall.to_x) to.y() *= 2.0;
+    scene.add_wall(sim::segment_wall({wall.from_x, wall.from_z}, to, {}, wall_material));
+  }
+  const double half = 0.5 * start.rig.orifice;
+  scene.add_wall(sim::segment_wall({-half, 0.0}, {half, 0.0}, {}, wall_material));
+  return scene;
+}
+
+void place_bed(const BinStart& start, std::uint64_t seed, sim::Scene& scene) {
+  boost::random::mt19937_64 generator(seed);
+  boost::random::normal_distribution<double> normal;
+  const datasets::Pose& error = start.standard_deviation;
+  for (const datasets::Pose& pose : start.bed) {
+    const double x = pose.x + error.x * normal(generator);
+    const double z = pose.z + error.z * normal(generator);
+    scene.add_planar_body(0, {x, z}, pose.angle + error.angle * normal(generator));
+  }
+}
+
+// The bodies that are still in the simulation, each with the particle that it is.
+class Filmed {
+ public:
+  Filmed(const BinStart& start, std::vector<double> times)
+      : lowest_(-start.rig.particle_diameter),
+        tracks_(
+            datasets::make_trajectories(times.size(), static_cast<int>(start.bed.size()), false)) {
+    tracks_.time = std::move(times);
+    for (std::size_t i = 0; i < start.bed.size(); ++i) particle_.push_back(i);
+  }
+
+  // One frame; then takes out what has fallen far enough. False when nothing is left to see.
+  bool record(std::size_t frame, sim::Simulation& simulation) {
+    const sim::State& state = simulation.state();
+    std::vector<int> fallen;
+    std::vector<std::size_t> stay;
+    for (std::size_t i = 0; i < particle_.size(); ++i) {
+      const sim::Vec3& position = state.position[i];
+      tracks_.poses[tracks_.index(frame, particle_[i])] = {
+          position.x(), position.z(), state.picture_angle[i]};
+      if (position.z() < lowest_) {
+        fallen.push_back(static_cast<int>(i));
+      } else {
+        stay.push_back(particle_[i]);
+      }
+    }
+    if (stay.empty()) return false;
+    if (!fallen.empty()) simulation.remove_bodies(fallen);
+    particle_ = std::move(stay);
+    return true;
+  }
+  const datasets::Trajectories& tracks() const { return tracks_; }
+
+ private:
+  double lowest_;
+  std::vector<std::size_t> particle_;
+  datasets::Trajectories tracks_;
+};
+
+SimulatedRun simulate(const BinStart& start,
+                      const DemSimulatorOptions& options,
+                      const SimulationRequest& request) {
+  const double started = thread_seconds();
+  SimulatedRun run;
+  const auto ended_well = [&](const sim::RunSummary& summary) {
+    if (options.stop && options.stop()) throw Interrupted();
+    run.status = status_of(summary.status);
+    run.message = summary.message;
+    if (summary.time_step > 0.0) run.time_step = summary.time_step;
+    run.seconds = thread_seconds() - started;
+    return run.status == RunStatus::completed;
+  };
+  sim::Sampling sampling;
+  sampling.should_stop = [&] {
+    return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
+  };
+
+  // 1. The filmed bed, without overlap
+  const ParameterSet& parameters = request.parameters;
+  sim::Scene scene =
+      closed_bin(start, parameters, std::min(settling_restitution, parameters.restitution));
+  place_bed(start, request.seed, scene);
+  const sim::RelaxationSummary relaxed = sim::relax_overlaps(scene);
+  if (!relaxed.converged) {
+    run.status = RunStatus::unstable;
+    run.message = fmt::format("the filmed bed cannot be freed of overlap ({:.2g} m is left)",
+                              relaxed.overlap_after);
+    return run;
+  }
+
+  // 2. Rest on the closed orifice
+  sim::SimulationOptions choices;
+  choices.time_step = {.fraction = request.time_step_fraction, .impact_speed = start.impact_speed};
+  sim::Simulation simulation(scene, choices);
+  if (!ended_well(simulation.run_until(settling_time, sampling))) return run;
+  use_parameters(parameters, simulation);
+  simulation.open_wall(static_cast<int>(scene.walls.size()) - 1, settling_time);
+
+  // 3. Open, frame by frame
+  const auto frames =
+      static_cast<std::size_t>(std::floor(start.duration / start.frame_interval + 0.5)) + 1;
+  std::vector<double> times;
+  for (std::size_t frame = 0; frame < frames; ++frame)
+    times.push_back(static_cast<double>(frame) * start.frame_interval);
+  Filmed filmed(start, times);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    if (frame > 0 && !ended_well(simulation.run_until(settling_time + times[frame], sampling)))
+      return run;
+    if (!filmed.record(frame, simulation)) break;
+  }
+  run.bin = measure_bin(filmed.tracks(), start.rig, start.profile_height);
+  return run;
+}
+
+}  // namespace
+
+Simulator make_bin_simulator(const BinStart& start, const DemSimulatorOptions& options) {
+  return [start, options](const SimulationRequest& request) {
+    return simulate(start, options, request);
+  };
+}
+
+//   overlap = (5 m* v^2 / (4 k))^(2/5), k = 4/3 E* sqrt(R*)   (Hertz; sim/time_step.h)
+// solved for E* of two equal particles, m* = m/2, R* = R/2, E* = E / (2 (1 - nu^2)).
+double simulated_modulus(const BinStart& start) {
+  const datasets::Material& material = start.experiment.material;
+  const double speed = start.impact_speed;
+  const double overlap = allowed_overlap * start.rig.particle_diameter;
+  const double stiffness =
+      1.25 * 0.5 * start.rig.particle_mass * speed * speed / std::pow(overlap, 2.5);
+  const double reduced_modulus = 0.75 * stiffness / std::sqrt(0.25 * start.rig.particle_diameter);
+  const double poisson = material.poisson_ratio;
+  return std::min(material.elastic_modulus, 2.0 * (1.0 - poisson * poisson) * reduced_modulus);
+}
+
+double largest_time_step_fraction(const BinStart& start) {
+  sim::Scene scene = closed_bin(start, {}, 1.0);
+  scene.add_planar_body(0, {0.0, 0.0}, 0.0);
+  const sim::TimeStepOptions options{.fraction = 1.0, .impact_speed = start.impact_speed};
+  return sim::choose_time_step(scene, options) / sim::critical_time_step(scene);
+}
+
+}  // namespace graintruth::calibrate

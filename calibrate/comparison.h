@@ -1,0 +1,61 @@
+// What simulations are compared with, as the search sees it: an objective, how much of it is noise
+// of the seeds, and what other replicates and seeds could have made of it. Tracks of the same
+// particles are compared in track_comparison.h, what flows out of a bin in bin_comparison.h.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibrate/simulator.h"
+
+namespace graintruth::calibrate {
+
+// All runs at one parameter set: scene after scene, within a scene seed after seed.
+struct Evaluation {
+  std::string stage;
+  ParameterSet parameters;
+  double time_step_fraction = 0.0;
+  std::vector<SimulatedRun> runs;
+  int failed = 0;          // runs that did not complete
+  double objective = 0.0;  // of all runs together
+  double seconds = 0.0;    // processor time of its simulations
+};
+
+struct BootstrapOptions {
+  int draws = 300;
+  std::uint64_t seed = 1;
+  int jobs = 1;
+};
+
+// How a single run compares, for the reader of the journal.
+struct RunScore {
+  double objective = 0.0;
+  double agreement_percent = 0.0;  // NaN where there is no such thing
+};
+
+class Comparison {
+ public:
+  virtual ~Comparison() = default;
+
+  // Of the runs of one evaluation together; is minimised. Never NaN, whatever failed.
+  virtual double objective(std::span<const SimulatedRun> runs) const = 0;
+  // Standard deviation of the objective that comes from the seeds alone: delete-one jackknife.
+  virtual double noise(std::span<const SimulatedRun> runs) const = 0;
+  virtual RunScore score_run(const SimulatedRun& run, std::size_t scene) const = 0;
+
+  // Objectives of the same evaluations for replicates (outer) and seeds (inner) drawn anew with
+  // replacement: [draw][evaluation]. No new simulations are run.
+  virtual std::vector<std::vector<double>> draw_objectives(
+      std::span<const Evaluation> evaluations, const BootstrapOptions& options) const = 0;
+  // By how many bootstrap standard deviations two evaluations must differ to be told apart at 95 %:
+  // Student's t for the replicates there are, times sqrt(n / (n - 1)) because n replicates drawn
+  // from n vary too little (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015).
+  virtual double significance() const = 0;
+};
+
+// Jackknife standard error from n delete-one values: sqrt((n - 1)/n sum (v_i - mean)^2), Efron and
+// Stein (1981).
+double jackknife_error(std::span<const double> values);
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,129 @@
+#include "calibrate/result_json.h"
+
+#include <cmath>
+#include <limits>
+
+#include "datasets/table.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+using datasets::number_text;
+using datasets::Table;
+
+Json parameter_json(const CalibratedParameter& parameter) {
+  Json json{{"value", parameter.value}, {"unit", "-"}, {"status", name_of(parameter.status)}};
+  if (parameter.interval) {
+    json["lower"] = parameter.interval->lower;
+    json["upper"] = parameter.interval->upper;
+    json["confidence"] = 0.95;
+    json["method"] =
+        "values not significantly worse than the best, by bootstrap over replicates and seeds";
+  }
+  json["bench_value"] = parameter.bench;
+  if (parameter.upper_bound > parameter.lower_bound) {
+    json["bound_lower"] = parameter.lower_bound;
+    json["bound_upper"] = parameter.upper_bound;
+    json["objective_range"] = parameter.effect;
+    json["objective_range_of_noise"] = parameter.effect_noise;
+  }
+  return json;
+}
+
+Json time_step_json(const TimeStepChoice& choice) {
+  Json study = Json::array();
+  for (const TimeStepRow& row : choice.rows) {
+    study.push_back({{"friction_particle_particle", row.parameters.friction_particle_particle},
+                     {"friction_particle_wall", row.parameters.friction_particle_wall},
+                     {"fraction", row.fraction},
+                     {"seconds", row.time_step},
+                     {"objective", row.objective},
+                     {"change", row.change},
+                     {"noise", row.noise},
+                     {"cpu_seconds", row.seconds}});
+  }
+  return {{"fraction", choice.fraction},
+          {"seconds", choice.time_step},
+          {"discretisation_error", choice.discretisation_error},
+          {"converged", choice.converged},
+          {"study", study}};
+}
+
+}  // namespace
+
+Json head_json(const datasets::Experiment& experiment, const char* kind) {
+  return {{"status", "done"},
+          {"message", ""},
+          {"experiment", experiment.name},
+          {"title", experiment.title},
+          {"note", experiment.note},
+          {"kind", kind}};
+}
+
+void write_json(const std::filesystem::path& file, const Json& json) {
+  datasets::write_whole(file, json.dump(2) + "\n");
+}
+
+void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json) {
+  for (const CalibratedParameter& parameter : result.calibrated)
+    json["parameters"][parameter.name] = parameter_json(parameter);
+  json["time_step"] = time_step_json(result.time_step);
+  json["objective"] = {{"best", nullptr},
+                       {"noise", result.objective_noise},
+                       {"search_seeds", options.search_seeds},
+                       {"stop_reason", result.stop_reason}};
+  json["evaluations"] = result.evaluations.size();
+  json["simulations"] = result.simulations;
+  json["failed"] = result.failed;
+  json["warnings"] = result.warnings;
+}
+
+void write_evaluations(const datasets::RunFolder& folder,
+                       const SearchResult& result,
+                       const std::function<double(const Evaluation&)>& agreement_percent) {
+  Table table({"evaluation",
+               "stage",
+               "friction_particle_particle",
+               "friction_particle_wall",
+               "restitution",
+               "objective",
+               "best",
+               "agreement_percent",
+               "failed",
+               "seconds"});
+  double best = std::numeric_limits<double>::infinity();
+  int number = 0;
+  for (const Evaluation& evaluation : result.evaluations) {
+    best = std::min(best, evaluation.objective);
+    const double percent = agreement_percent ? agreement_percent(evaluation) : std::nan("");
+    table.add({std::to_string(++number),
+               evaluation.stage,
+               number_text(evaluation.parameters.friction_particle_particle),
+               number_text(evaluation.parameters.friction_particle_wall),
+               number_text(evaluation.parameters.restitution),
+               number_text(evaluation.objective),
+               number_text(best),
+               number_text(percent),
+               std::to_string(evaluation.failed),
+               number_text(evaluation.seconds)});
+  }
+  datasets::write_csv(folder.table("evaluations"), table);
+}
+
+void write_profiles(const datasets::RunFolder& folder, const SearchResult& result) {
+  Table table({"parameter", "value", "objective", "excess", "allowed_excess", "compatible"});
+  for (const Profile& profile : result.profiles) {
+    for (const ProfilePoint& point : profile.points) {
+      table.add({profile.name,
+                 number_text(point.value),
+                 number_text(point.objective),
+                 number_text(point.excess.objective),
+                 number_text(point.excess.allowed),
+                 point.excess.is_compatible() ? "1" : "0"});
+    }
+  }
+  datasets::write_csv(folder.table("profile"), table);
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,27 @@
+// The parts of result.json and its tables that every calibration has. For the result writers of
+// this folder alone.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "calibrate/search.h"
+#include "datasets/run_folder.h"
+
+namespace graintruth::calibrate {
+
+using Json = nlohmann::ordered_json;  // keys in the order in which they are written, for readers
+
+Json head_json(const datasets::Experiment& experiment, const char* kind);
+// Parameters, time step, objective, counts and warnings.
+void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json);
+void write_json(const std::filesystem::path& file, const Json& json);
+
+// tables/evaluations.csv. `agreement_percent` of an evaluation, where there is such a thing.
+void write_evaluations(const datasets::RunFolder& folder,
+                       const SearchResult& result,
+                       const std::function<double(const Evaluation&)>& agreement_percent);
+// tables/profile.csv.
+void write_profiles(const datasets::RunFolder& folder, const SearchResult& result);
+
+}  // namespace graintruth::calibrate

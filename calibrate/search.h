@@ -1,0 +1,140 @@
+// The search for parameters, whatever they are compared by: time step, design, effects, local
+// searches, intervals, and the choice of the winner, in numbered steps.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/ensemble.h"
+#include "calibrate/time_step_gate.h"
+#include "calibrate/uncertainty.h"
+
+namespace graintruth::calibrate {
+
+struct CalibrationProgress {
+  std::string_view stage;
+  int evaluations = 0;  // of the search, done
+  int budget = 0;
+  double share = 0.0;  // of the whole calibration's expected cost that is done
+  double best = 0.0;   // lowest objective so far; NaN before the first
+};
+
+struct CalibrationOptions {
+  std::uint64_t seed = 1;
+  int jobs = 1;
+  int budget = 100;      // evaluations of the search: design, effects, polish, profiles
+  int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
+  int confirmation_seeds = 10;  // fresh runs whose mean is scored
+  double largest_time_step_fraction = 0.3;
+  double time_limit = 0.0;  // s of wall time after which the search ends with what it has; 0: none
+  double allowed_failures = 0.3;  // share of simulations; above it the calibration gives up
+  // Called after every simulation.
+  std::function<void(const CalibrationProgress&)> progress;
+};
+
+enum class ParameterStatus { tuned, fixed, at_bound, not_identified };
+std::string_view name_of(ParameterStatus status);
+
+struct CalibratedParameter {
+  std::string name;
+  double value = 0.0;
+  std::optional<Interval> interval;  // 95 %; none where fixed or not identified
+  ParameterStatus status = ParameterStatus::fixed;
+  double bench = 0.0;
+  double lower_bound = 0.0;  // of the search
+  double upper_bound = 0.0;
+  double effect = 0.0;        // typical change of the objective at the worse end of the range
+  double effect_noise = 0.0;  // what other replicates and seeds could explain of it
+};
+
+struct StageTime {
+  std::string name;
+  double seconds = 0.0;
+};
+
+struct SearchResult {
+  ParameterSet parameters;
+  std::vector<CalibratedParameter> calibrated;
+  TimeStepChoice time_step;
+  double objective_noise = 0.0;         // of the confirmed parameters
+  std::vector<Evaluation> evaluations;  // of the search, in order
+  std::string stop_reason;
+  std::vector<Profile> profiles;  // of the identified parameters
+  int simulations = 0;
+  int failed = 0;
+  std::vector<std::string> warnings;
+  std::vector<StageTime> stages;
+};
+
+// Thrown when more simulations fail than allowed; what() says what to try.
+struct TooManyFailures : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// One search under way: the options, the growing result, and what every stage needs of both.
+// Deterministic in the experiment, the options and the ensemble's simulators; resumes by being run
+// again on the same journal.
+class Search {
+ public:
+  // `later_simulations`: what the caller will simulate after the search, for the share of work
+  // done that progress shows.
+  Search(const datasets::Experiment& experiment,
+         Ensemble& ensemble,
+         const CalibrationOptions& options,
+         int later_simulations);
+
+  // All stages up to the choice of the parameters.
+  void run();
+  // A further stage of the caller's, with its time.
+  void timed(const char* name, const std::function<void()>& stage);
+  SimulationProgress reporter(double weight = 1.0);
+  // Counts what a batch cost. Throws TooManyFailures.
+  void count(std::span<const Evaluation> evaluations);
+  // Puts values and intervals together, and says in words what must be said of them.
+  SearchResult finish();
+
+  const ParameterSet& parameters() const { return result_.parameters; }
+  double time_step_fraction() const { return result_.time_step.fraction; }
+  const std::vector<Evaluation>& evaluations() const { return result_.evaluations; }
+  // The best evaluation of the search, and up to `count` - 1 that cannot be told apart from it, as
+  // far from one another as there are.
+  std::vector<Evaluation> compatible_evaluations(std::size_t count) const;
+
+ private:
+  double expected_cost() const;
+  static std::string first_complaint(std::span<const Evaluation> evaluations);
+  std::vector<Evaluation> search(const char* stage, const std::vector<ParameterSet>& places);
+  const Evaluation& best() const;
+  int budget_left() const;
+  int polish_budget() const;
+  void choose_step();
+  void explore();
+  void find_effects();
+  bool has_effect(CalibratedParameter& parameter);
+  BootstrapOptions bootstrap() const;
+  void hold(CalibratedParameter& parameter);
+  CalibratedParameter& calibrated(std::string_view name);
+  void polish();
+  void search_locally(const UnitPoint& start, double step, int budget);
+  void look_again();
+  std::vector<UnitPoint> distinct_starts() const;
+  void find_uncertainty();
+  void choose();
+  void give_interval(CalibratedParameter& parameter, const Profile& profile);
+
+  const datasets::Experiment& experiment_;
+  Ensemble& ensemble_;
+  CalibrationOptions options_;
+  int later_simulations_;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  std::vector<std::uint64_t> search_seeds_;
+  ParameterSpace space_;
+  std::string stage_;
+  double cost_ = 0.0;
+  SearchResult result_;
+};
+
+}  // namespace graintruth::calibrate

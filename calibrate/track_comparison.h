@@ -1,0 +1,43 @@
+// Tracks of the same particles, filmed and simulated, compared at the same moments.
+#pragma once
+
+#include "calibrate/comparison.h"
+#include "calibrate/objective.h"
+
+namespace graintruth::calibrate {
+
+// Replicates' mean and spread, and the half widths of the smooth objective.
+struct Target {
+  Band replicates;
+  HalfWidths widths;
+};
+
+class TrackComparison final : public Comparison {
+ public:
+  // Replicates share their times.
+  explicit TrackComparison(std::vector<datasets::Trajectories> replicates);
+
+  const std::vector<datasets::Trajectories>& replicates() const { return replicates_; }
+  const Target& target() const { return target_; }
+
+  // Of the mean over completed runs; that of rest where most runs failed, because the mean of a
+  // lucky few says nothing of these parameters.
+  double objective(std::span<const SimulatedRun> runs) const override;
+  double noise(std::span<const SimulatedRun> runs) const override;
+  RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
+  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
+                                                   const BootstrapOptions& options) const override;
+  double significance() const override;
+
+ private:
+  std::vector<datasets::Trajectories> replicates_;
+  Target target_;
+};
+
+// The trajectories of the completed runs.
+std::vector<datasets::Trajectories> completed_tracks(std::span<const SimulatedRun> runs);
+
+// The mean track over completed runs; without poses where fewer than half of the runs completed.
+datasets::Trajectories mean_of_runs(std::span<const SimulatedRun> runs);
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,332 @@
+// What runs out of a bin: rates filmed and simulated in the terms of ASME V&V 20, discharge curves,
+// velocity profiles, Beverloo's C and k and the kinematic B of both.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "reports/sections.h"
+#include "reports/words.h"
+
+namespace graintruth::reports {
+
+namespace {
+
+constexpr double coverage = 2.0;  // of u_val, as ASME V&V 20 takes for 95 %
+
+std::string millimetres(double metres) { return plain(1e3 * metres) + "\u00a0mm"; }
+std::string grams_per_second(double rate) { return decimal(1e3 * rate, 2); }
+
+bool is_resolved(const Json& row) {
+  return std::abs(number(row, {"error_kg_per_s"})) >
+         coverage * number(row, {"validation_uncertainty_kg_per_s"});
+}
+
+std::string jam_text(const Json& jams) {
+  return fmt::format("{} of {} ({} to {})",
+                     count(number(jams, {"jams"})),
+                     count(number(jams, {"runs"})),
+                     percent(100.0 * number(jams, {"lower"})),
+                     percent(100.0 * number(jams, {"upper"})));
+}
+
+TableView rate_table(const Json& rows) {
+  TableView table("Flow rate of each orifice, filmed (D) and simulated (S), in g/s",
+                  {{"Orifice"},
+                   {"Used for", Align::left},
+                   {"D"},
+                   {"S"},
+                   {"E = S − D"},
+                   {"E/D"},
+                   {"2 u_val"},
+                   {"Verdict", Align::left}});
+  for (const Json& row : rows) {
+    const double filmed = number(row, {"filmed_kg_per_s"});
+    const double error = number(row, {"error_kg_per_s"});
+    table.add_row({millimetres(number(row, {"orifice_m"})),
+                   at(row, {"held_out"}) == true ? "prediction" : "calibration",
+                   grams_per_second(filmed),
+                   grams_per_second(number(row, {"simulated_kg_per_s"})),
+                   grams_per_second(error),
+                   percent(100.0 * error / filmed),
+                   grams_per_second(coverage * number(row, {"validation_uncertainty_kg_per_s"})),
+                   is_resolved(row) ? "differs" : "no difference resolved"});
+  }
+  return table;
+}
+
+TableView uncertainty_table(const Json& rows) {
+  TableView table(
+      "Where 2 u_val comes from, standard uncertainties in g/s, and how often flow jammed",
+      {{"Orifice"},
+       {"Films"},
+       {"Simulated runs"},
+       {"Parameters"},
+       {"Time step"},
+       {"Filmed jams (95 %)"},
+       {"Simulated jams (95 %)"},
+       {"Curve inside the films' band"}});
+  for (const Json& row : rows) {
+    table.add_row({millimetres(number(row, {"orifice_m"})),
+                   grams_per_second(number(row, {"film_uncertainty_kg_per_s"})),
+                   grams_per_second(number(row, {"run_uncertainty_kg_per_s"})),
+                   grams_per_second(number(row, {"input_uncertainty_kg_per_s"})),
+                   grams_per_second(number(row, {"numerical_uncertainty_kg_per_s"})),
+                   jam_text(at(row, {"filmed_jams"})),
+                   jam_text(at(row, {"simulated_jams"})),
+                   percent(100.0 * number(row, {"curve_inside"}))});
+  }
+  return table;
+}
+
+// The rows of one orifice (and, where it is not empty, of one source).
+struct Selected {
+  std::vector<std::size_t> rows;
+  std::vector<double> of(const std::vector<double>& column, double factor = 1.0) const {
+    std::vector<double> values;
+    for (const std::size_t row : rows) values.push_back(factor * column[row]);
+    return values;
+  }
+};
+Selected select(const datasets::Table& table, double orifice, std::string_view source = {}) {
+  const std::vector<double> orifices = column(table, "orifice_m");
+  const std::vector<std::string> sources =
+      source.empty() ? std::vector<std::string>() : text_column(table, "source");
+  Selected selected;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (orifices[row] == orifice && (source.empty() || sources[row] == source))
+      selected.rows.push_back(row);
+  }
+  return selected;
+}
+
+std::set<double> orifices_of(const datasets::Table& table) {
+  const std::vector<double> all = column(table, "orifice_m");
+  return {all.begin(), all.end()};
+}
+
+Figure curve_figure(const datasets::Table& table) {
+  Figure figure{.id = "flow-curves",
+                .caption =
+                    "Particles that have left, against time: mean of the films with the band "
+                    "in which a further film would lie with 95 %, and mean of the simulated "
+                    "runs between the lowest and highest of them.",
+                .height = 420,
+                .layout = {{"xaxis", axis("Time since the orifice opened (s)")},
+                           {"yaxis", axis("Discharged particles")}},
+                .menu = "Orifice",
+                .choices = {}};
+  for (const double orifice : orifices_of(table)) {
+    const Selected rows = select(table, orifice);
+    const std::vector<double> time = rows.of(column(table, "time_s"));
+    const auto numbers = [&](const char* name) { return rows.of(column(table, name)); };
+    FigureChoice choice{.label = millimetres(orifice)};
+    choice.traces.push_back(band(time,
+                                 numbers("filmed_lower"),
+                                 numbers("filmed_upper"),
+                                 "band of a further film",
+                                 "var(--measured)"));
+    choice.traces.push_back(
+        line(time, numbers("filmed_count"), "films, mean", "var(--measured-strong)"));
+    choice.traces.push_back(
+        line(time, numbers("simulated_count"), "simulation, mean", "var(--simulated)"));
+    for (const char* edge : {"simulated_lower", "simulated_upper"}) {
+      Json trace = line(time, numbers(edge), "lowest and highest run", "var(--simulated)", 1.0);
+      trace["line"]["dash"] = "dot";
+      trace["legendgroup"] = "runs";
+      trace["showlegend"] = std::string_view(edge) == "simulated_lower";
+      choice.traces.push_back(trace);
+    }
+    figure.choices.push_back(std::move(choice));
+  }
+  return figure;
+}
+
+Figure profile_figure(const datasets::Table& table) {
+  Figure figure{.id = "flow-profiles",
+                .caption =
+                    "Downward velocity across the bed half way up, in bins of a particle "
+                    "diameter, with the lowest and highest run of each bin.",
+                .height = 400,
+                .layout = {{"xaxis", axis("Place across the bin (mm)")},
+                           {"yaxis", axis("Downward velocity (mm/s)")}},
+                .menu = "Orifice",
+                .choices = {}};
+  for (const double orifice : orifices_of(table)) {
+    FigureChoice choice{.label = millimetres(orifice)};
+    for (const bool simulated : {false, true}) {
+      const Selected rows = select(table, orifice, simulated ? "simulation" : "experiment");
+      if (rows.rows.empty()) continue;
+      const std::vector<double> mean = rows.of(column(table, "velocity_m_per_s"), 1e3);
+      const std::vector<double> lowest = rows.of(column(table, "lowest"), 1e3);
+      const std::vector<double> highest = rows.of(column(table, "highest"), 1e3);
+      std::vector<double> up, down;
+      for (std::size_t i = 0; i < mean.size(); ++i) {
+        up.push_back(highest[i] - mean[i]);
+        down.push_back(mean[i] - lowest[i]);
+      }
+      Json trace = line(rows.of(column(table, "x_m"), 1e3),
+                        mean,
+                        simulated ? "simulation" : "films",
+                        simulated ? "var(--simulated)" : "var(--measured-strong)");
+      trace["mode"] = "lines+markers";
+      trace["marker"] = {{"symbol", simulated ? "diamond" : "circle"}};
+      trace["error_y"] = {{"type", "data"},
+                          {"symmetric", false},
+                          {"array", plot_numbers(up)},
+                          {"arrayminus", plot_numbers(down)},
+                          {"thickness", 1.2}};
+      choice.traces.push_back(trace);
+    }
+    figure.choices.push_back(std::move(choice));
+  }
+  return figure;
+}
+
+// q^(2/3) against D, where Beverloo's law is a straight line through D = k d.
+Figure beverloo_figure(const Json& rows) {
+  FigureChoice choice;
+  for (const bool simulated : {false, true}) {
+    std::vector<double> orifice, power, bar;
+    for (const Json& row : rows) {
+      const double rate = number(row, {simulated ? "simulated_kg_per_s" : "filmed_kg_per_s"});
+      const double uncertainty =
+          number(row, {simulated ? "run_uncertainty_kg_per_s" : "film_uncertainty_kg_per_s"});
+      orifice.push_back(1e3 * number(row, {"orifice_m"}));
+      power.push_back(std::pow(1e3 * rate, 2.0 / 3.0));
+      bar.push_back(coverage * uncertainty / rate * 2.0 / 3.0 * power.back());
+    }
+    Json trace = points(orifice,
+                        power,
+                        simulated ? "simulation" : "films",
+                        simulated ? "var(--simulated)" : "var(--measured-strong)",
+                        simulated ? "diamond" : "circle",
+                        9.0);
+    trace["error_y"] = {{"type", "data"}, {"array", plot_numbers(bar)}, {"thickness", 1.2}};
+    choice.traces.push_back(trace);
+  }
+  return {.id = "flow-beverloo",
+          .caption =
+              "Flow rate to the power 2/3 against the width of the orifice: a straight line "
+              "where Beverloo's law holds. Bars are two standard uncertainties.",
+          .height = 380,
+          .layout = {{"xaxis", axis("Orifice (mm)")}, {"yaxis", axis("Rate^(2/3) ((g/s)^(2/3))")}},
+          .menu = "",
+          .choices = {choice}};
+}
+
+TableView derived_table(const Json& result) {
+  TableView table("Derived from the rates and profiles above; nothing was fitted to these numbers",
+                  {{"Quantity", Align::left}, {"Films"}, {"Simulation"}});
+  const auto beverloo = [&](const char* source, const char* name, int index) {
+    const Json& fit = at(result, {"beverloo", source});
+    const double value = number(fit, {name});
+    if (!std::isfinite(value)) return std::string(nothing);
+    const Json& covariance = list(fit, {"covariance"});
+    const double error = std::sqrt(
+        covariance[static_cast<std::size_t>(index)][static_cast<std::size_t>(index)].get<double>());
+    return fmt::format("{} ± {}", decimal(value, 3), decimal(error, 3));
+  };
+  for (const auto& [name, index] : {std::pair{"C", 0}, std::pair{"k", 1}}) {
+    table.add_row({fmt::format("Beverloo {} (joint fit, ± standard error)", name),
+                   beverloo("experiment", name, index),
+                   beverloo("simulation", name, index)});
+  }
+  std::set<double> orifices;
+  for (const Json& row : list(result, {"kinematic"})) orifices.insert(number(row, {"orifice_m"}));
+  for (const double orifice : orifices) {
+    std::vector<std::string> cells = {
+        fmt::format("B/d at {} (95 % interval)", millimetres(orifice))};
+    for (const char* source : {"experiment", "simulation"}) {
+      std::string cell(nothing);
+      for (const Json& row : list(result, {"kinematic"})) {
+        if (number(row, {"orifice_m"}) != orifice || text(row, {"source"}) != source) continue;
+        const double upper = number(row, {"upper"});
+        cell = fmt::format("{} ({} to {})",
+                           decimal(number(row, {"B_over_d"}), 2),
+                           decimal(number(row, {"lower"}), 2),
+                           std::isfinite(upper) ? decimal(upper, 2) : "not bounded");
+      }
+      cells.push_back(std::move(cell));
+    }
+    table.add_row(std::move(cells));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<std::string> flow_sentences(const RunData& data) {
+  const Json& rows = list(data.result, {"comparison"});
+  if (rows.empty()) return {};
+  std::vector<std::string> sentences;
+  for (const bool held_out : {false, true}) {
+    std::vector<std::string> widths, differing;
+    double largest = 0.0;
+    for (const Json& row : rows) {
+      if ((at(row, {"held_out"}) == true) != held_out) continue;
+      widths.push_back(millimetres(number(row, {"orifice_m"})));
+      const double relative = number(row, {"error_kg_per_s"}) / number(row, {"filmed_kg_per_s"});
+      if (std::abs(relative) > std::abs(largest)) largest = relative;
+      if (is_resolved(row))
+        differing.push_back(fmt::format(
+            "{} ({} %)", millimetres(number(row, {"orifice_m"})), decimal(100.0 * relative, 1)));
+    }
+    if (widths.empty()) continue;
+    std::string sentence =
+        held_out ? fmt::format(
+                       "Predicted, not fitted: the flow through {}, films that the search never "
+                       "saw.",
+                       joined(widths))
+                 : fmt::format("Fitted to the flow through {}.", joined(widths));
+    sentence +=
+        differing.empty()
+            ? fmt::format(
+                  " No rate differs from the films by more than twice the uncertainty of the "
+                  "comparison; the largest difference is {} %.",
+                  decimal(100.0 * largest, 1))
+            : fmt::format(
+                  " Rates differ by more than twice the uncertainty of the comparison at {}.",
+                  joined(differing));
+    sentences.push_back(std::move(sentence));
+  }
+  sentences.emplace_back(
+      "That no difference is resolved is no proof that there is none: differences smaller than "
+      "2 u_val stay unseen.");
+  return sentences;
+}
+
+Section flow_section(const RunData& data) {
+  Section section("flow", "Flow out of the bin");
+  const Json& rows = list(data.result, {"comparison"});
+  if (rows.empty()) {
+    section.add_absence("This run compared no flow rates.");
+    return section;
+  }
+  section.add_paragraph(
+      "D is the mean over films, S the mean over fresh simulations that start from the very beds "
+      "on "
+      "film. u_val joins what replicate films scatter, what simulated runs scatter, what the "
+      "uncertainty of the parameters does to the rate, and what half the time step changes "
+      "(ASME V&V 20).");
+  section.add_table(rate_table(rows));
+  section.add_table(uncertainty_table(rows));
+  if (const auto curves = data.table("discharge_curves")) section.add_figure(curve_figure(*curves));
+  if (const auto profiles = data.table("velocity_comparison"))
+    section.add_figure(profile_figure(*profiles));
+  section.add_figure(beverloo_figure(rows));
+  section.add_table(derived_table(data.result));
+  const Json& shares = at(data.result, {"objective", "shares"});
+  section.add_paragraph(fmt::format(
+      "What is left of the objective at these parameters, by kind of quantity: flow rates {}, "
+      "particles that stay behind {}, velocity profiles {}; 0 is perfect agreement of the means, "
+      "and "
+      "each kind weighs alike.",
+      significant(number(shares, {"flow_rate"}), 2),
+      significant(number(shares, {"remaining"}), 2),
+      significant(number(shares, {"velocity_profile"}), 2)));
+  return section;
+}
+
+}  // namespace graintruth::reports
