@@ -1,39 +1,15 @@
 // The bundled calibration against its truth: runs the program as a user does, then compares what it
 // found with datasets/micro/truth/truth.toml, which the program itself never reads.
 //   bench_calibration_micro [FIGURES.json] [RUN_DIR]
-#include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include "bench/calibrate/truth_check.h"
+
+using namespace graintruth::bench;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-namespace fs = std::filesystem;
-
 const fs::path micro = fs::path(GRAINTRUTH_SOURCE_DIR) / "datasets" / "micro";
-
-Json read_json(const fs::path& file) {
-  std::ifstream stream(file);
-  return Json::parse(stream);
-}
-
-void run(const std::string& arguments) {
-  const std::string command = fmt::format("'{}' {}", GRAINTRUTH_PROGRAM, arguments);
-  fmt::print("$ graintruth {}\n", arguments);
-  std::fflush(stdout);
-  if (std::system(command.c_str()) != 0) std::exit(1);
-}
-
-struct Check {
-  std::string name;
-  double value;
-  std::string rule;
-  bool holds;
-};
 
 }  // namespace
 
@@ -70,12 +46,6 @@ int main(int argc, char** argv) {
   // 2. What must hold
   const Json& pp = result["parameters"]["friction_particle_particle"];
   const Json& pw = result["parameters"]["friction_particle_wall"];
-  const auto number = [](const Json& json, const char* key) {
-    return json.contains(key) ? json[key].get<double>() : NAN;
-  };
-  const auto inside = [&](const Json& parameter, double value) {
-    return number(parameter, "lower") <= value && value <= number(parameter, "upper");
-  };
   const double width = number(pp, "upper") - number(pp, "lower");
   const Json& agreement = result["agreement"];
   const double score = agreement["percent_student_t"];
@@ -95,11 +65,11 @@ int main(int argc, char** argv) {
                    number(pp, "lower"),
                    number(pp, "upper"),
                    true_pp),
-       inside(pp, true_pp) && width <= 0.14},
+       holds_inside(pp, true_pp) && width <= 0.14},
       {"friction particle-wall",
        pw["value"],
        fmt::format("[{:.3f}, {:.3f}] holds {}", number(pw, "lower"), number(pw, "upper"), true_pw),
-       inside(pw, true_pw)},
+       holds_inside(pw, true_pw)},
       {"restitution",
        result["parameters"]["restitution"]["value"],
        "status " + result["parameters"]["restitution"]["status"].get<std::string>() +
@@ -131,21 +101,5 @@ int main(int argc, char** argv) {
        result["wall_time_s"].get<double>() <= 300.0},
   };
 
-  // 3. Printed, and kept
-  Json kept = Json::array();
-  int broken = 0;
-  for (const Check& check : checks) {
-    fmt::print("{:28} {:8.3f}  {:54} {}\n",
-               check.name,
-               check.value,
-               check.rule,
-               check.holds ? "holds" : "DOES NOT HOLD");
-    kept.push_back({{"name", check.name},
-                    {"value", check.value},
-                    {"rule", check.rule},
-                    {"holds", check.holds}});
-    broken += check.holds ? 0 : 1;
-  }
-  std::ofstream(figures) << kept.dump(2) << "\n";
-  return broken == 0 ? 0 : 1;
+  return report(checks, figures);
 }
