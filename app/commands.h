@@ -70,6 +70,13 @@ struct ReportCommand {
 };
 int run_report(const ReportCommand& command);
 
+struct ExportCommand {
+  std::filesystem::path run_folder;
+  std::string to;             // liggghts, lammps, yade or csv
+  std::filesystem::path out;  // empty: RUN_DIR/export/<to>
+};
+int run_export(const ExportCommand& command);
+
 struct EvaluateCommand {
   CommonOptions common;
   std::filesystem::path experiment;

@@ -151,6 +151,23 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
       "new macro my-bin");
 }
 
+void add_export(CLI::App& program, app::ExportCommand& command, int& status) {
+  CLI::App& verb =
+      add_verb(program,
+               "export",
+               "The calibrated particle and contact for another engine, or plain tables",
+               "export out/micro --to liggghts");
+  verb.add_option("run_folder", command.run_folder, "Folder of a run")
+      ->type_name("RUN_DIR")
+      ->required();
+  verb.add_option("--to", command.to, "liggghts, lammps, yade, or csv for tables of everything")
+      ->check(CLI::IsMember({"liggghts", "lammps", "yade", "csv"}))
+      ->required();
+  verb.add_option("--out", command.out, "Folder to write (default: RUN_DIR/export/<to>)")
+      ->type_name("DIR");
+  verb.callback([&] { status = run_export(command); });
+}
+
 // An option whose unit is in its name, stored in SI.
 void add_length(CLI::App& verb, const char* name, const char* what, double& metres) {
   constexpr double millimetre = 1e-3;
@@ -284,6 +301,7 @@ int main(int argc, char** argv) {
   app::ValidateCommand validate;
   app::ReproduceCommand reproduce;
   app::ReportCommand report;
+  app::ExportCommand exported;
   app::EvaluateCommand evaluate;
   app::CheckCommand check;
   app::NewCommand new_experiment;
@@ -352,6 +370,7 @@ int main(int argc, char** argv) {
       ->required();
   report_verb.callback([&] { status = run_report(report); });
 
+  add_export(program, exported, status);
   add_simulate(program, simulate, status);
   add_evaluate(program, evaluate, status);
   add_check(program, check, status);

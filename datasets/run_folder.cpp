@@ -63,15 +63,17 @@ std::filesystem::path RunFolder::tracking_of(std::string_view replicate) const {
 
 RunFolder open_run_folder(const std::filesystem::path& root) {
   const RunFolder folder{root};
-  for (const auto& made : {root, root / "tables", root / "tracks"}) {
-    std::error_code error;
-    std::filesystem::create_directories(made, error);
-    if (error) refuse_write(made, error.value());
-  }
+  for (const auto& made : {root, root / "tables", root / "tracks"}) make_folder(made);
   const std::filesystem::path probe = root / ".write-probe";
   write_whole(probe, "");
   std::filesystem::remove(probe);
   return folder;
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) refuse_write(folder, error.value());
 }
 
 void write_whole(const std::filesystem::path& file, std::string_view content) {

@@ -20,7 +20,8 @@ struct RunFolder {
   std::filesystem::path report() const { return root / "report.html"; }
   std::filesystem::path table(std::string_view name) const;        // tables/<name>.csv
   std::filesystem::path tracks(std::string_view replicate) const;  // tracks/<replicate>.csv
-  // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are smeared
+  // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are
+  // smeared
   std::filesystem::path stagnant(std::string_view replicate) const;
   std::filesystem::path overlay(
       std::string_view replicate) const;  // tracks/<replicate>.overlay.mp4
@@ -32,6 +33,9 @@ struct RunFolder {
 // Makes the folder (and tables/, tracks/) and proves that it can be written. Throws InputError if
 // not.
 RunFolder open_run_folder(const std::filesystem::path& root);
+
+// Makes a folder and those above it. Throws InputError if it cannot be made.
+void make_folder(const std::filesystem::path& folder);
 
 // Writes beside the file, flushes to disk, then renames over it. Throws InputError when the disk
 // refuses.
