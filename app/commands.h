@@ -67,6 +67,7 @@ int run_fit_kinematic(const FitCommand& command);
 
 struct ReportCommand {
   std::filesystem::path run_folder;
+  bool pdf = false;
 };
 int run_report(const ReportCommand& command);
 

@@ -368,6 +368,7 @@ int main(int argc, char** argv) {
   report_verb.add_option("run_folder", report.run_folder, "Folder of a run")
       ->type_name("RUN_DIR")
       ->required();
+  report_verb.add_flag("--pdf", report.pdf, "Print it to report.pdf too (needs Chromium)");
   report_verb.callback([&] { status = run_report(report); });
 
   add_export(program, exported, status);

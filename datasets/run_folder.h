@@ -18,6 +18,7 @@ struct RunFolder {
   std::filesystem::path journal() const { return root / "journal.db"; }
   std::filesystem::path journal_csv() const { return root / "journal.csv"; }
   std::filesystem::path report() const { return root / "report.html"; }
+  std::filesystem::path report_pdf() const { return root / "report.pdf"; }
   std::filesystem::path table(std::string_view name) const;        // tables/<name>.csv
   std::filesystem::path tracks(std::string_view replicate) const;  // tracks/<replicate>.csv
   // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are
