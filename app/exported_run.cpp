@@ -60,6 +60,8 @@ double largest_radius(const sim::Clump& clump) {
 
 ExportedRun read_exported_run(const datasets::RunFolder& folder) {
   const reports::RunData data = reports::read_run_data(folder);
+  if (!data.damage.empty())
+    throw datasets::InputError(fmt::format("{}: {}", folder.root.string(), data.damage.front()));
   if (!data.result.is_object()) {
     throw datasets::InputError(fmt::format(
         "{}: is not there, so there are no parameters to export; let the calibration finish first.",

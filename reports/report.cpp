@@ -1,5 +1,6 @@
 #include "reports/report.h"
 
+#include "datasets/input_error.h"
 #include "reports/assets.h"
 #include "reports/page.h"
 #include "reports/run_data.h"
@@ -9,10 +10,54 @@ namespace graintruth::reports {
 
 namespace {
 
-Section method_section(const RunData& data) {
-  Section section("method", "Method and definitions");
+Section method_section(const RunData& data, Section section) {
   section.add_template("method", {{"calibration", data.is_calibration()}});
   return section;
+}
+
+struct Part {
+  const char* id;
+  const char* heading;
+  Section (*filled)(const RunData& data, Section section);
+};
+
+// In the order in which the reader meets them.
+constexpr Part parts[] = {{"parameters", "Parameters", parameters_section},
+                          {"agreement", "Agreement", agreement_section},
+                          {"tracks", "Tracks", tracks_section},
+                          {"search", "Search", search_section},
+                          {"rms", "RMS distance against friction", rms_section},
+                          {"time-step", "Time step", time_step_section},
+                          {"films", "Films and tracking", films_section},
+                          {"method", "Method and definitions", method_section},
+                          {"provenance", "Provenance", provenance_section}};
+
+// A section whose files are damaged says so; the others are not affected.
+Json section_view(const Part& part, const RunData& data) {
+  std::string reason;
+  try {
+    return part.filled(data, Section(part.id, part.heading)).view();
+  } catch (const datasets::InputError& error) {
+    reason = error.what();
+  } catch (const Json::exception&) {
+    reason = "result.json, run.json or tracking.json holds something else than a run writes there.";
+  }
+  Section section(part.id, part.heading);
+  section.add_absence("This section cannot be made, because a file of the run is damaged. " +
+                      reason);
+  return section.view();
+}
+
+Json verdict_or_damage(const RunData& data) {
+  Json view;
+  try {
+    view = verdict_view(data);
+  } catch (const Json::exception&) {
+    view = {
+        {"absence", "There is no verdict: result.json holds something else than a run writes."}};
+  }
+  if (!data.damage.empty()) view["damage"] = {{"damage_sentences", data.damage}};
+  return view;
 }
 
 std::string experiment_title(const RunData& data) {
@@ -31,16 +76,7 @@ std::string build_report(const datasets::RunFolder& folder) {
 
   // 2. The sections, each from the data alone
   Json sections = Json::array();
-  for (const Section& section : {parameters_section(data),
-                                 agreement_section(data),
-                                 tracks_section(data),
-                                 search_section(data),
-                                 rms_section(data),
-                                 time_step_section(data),
-                                 films_section(data),
-                                 method_section(data),
-                                 provenance_section(data)})
-    sections.push_back(section.view());
+  for (const Part& part : parts) sections.push_back(section_view(part, data));
 
   // 3. The page around them
   return render(
@@ -51,7 +87,7 @@ std::string build_report(const datasets::RunFolder& folder) {
        {"date", text(data.run, {"started_at"})},
        {"version", text(data.run, {"version"})},
        {"note", text(data.result, {"note"})},
-       {"verdict", render("verdict", verdict_view(data))},
+       {"verdict", render("verdict", verdict_or_damage(data))},
        {"sections", sections},
        {"style", asset("page.css")},
        {"plotly", asset("plotly.min.js")},

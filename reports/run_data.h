@@ -18,10 +18,11 @@ using Json = nlohmann::json;
 
 struct RunData {
   datasets::RunFolder folder;
-  Json run;       // run.json; null where the file is absent, as are the next three
+  Json run;       // run.json; null where the file is absent or damaged, as are the next three
   Json result;    // result.json
   Json measured;  // measured.json
   Json tracking;  // tracking.json
+  std::vector<std::string> damage;  // a sentence for each of these that is there but unreadable
 
   bool is_calibration() const;  // false: a comparison at given parameters
   // tables/<name>.csv; nothing when it is absent or has no rows.

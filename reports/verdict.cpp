@@ -201,7 +201,10 @@ std::string single_run_sentence(const Json& agreement) {
 
 Json verdict_view(const RunData& data) {
   if (data.result.is_null()) {
-    return {{"absence", "This run has no result yet: result.json is absent."},
+    return {{"absence",
+             std::filesystem::exists(data.folder.result())
+                 ? "There is no verdict: result.json cannot be read."
+                 : "This run has no result yet: result.json is absent."},
             {"tiles", Json::array()},
             {"sentences", Json::array()},
             {"warnings", nullptr}};
