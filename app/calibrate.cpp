@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/session.h"
+#include "app/watch.h"
 #include "calibrate/dem_simulator.h"
 #include "calibrate/result_files.h"
 
@@ -12,14 +13,16 @@ namespace graintruth::app {
 namespace {
 
 calibrate::CalibrationOptions calibration_options(const CalibrateCommand& command,
-                                                  Session& session) {
+                                                  Session& session,
+                                                  Watch& watch) {
   calibrate::CalibrationOptions options;
   options.seed = command.common.seed;
   options.jobs = session.jobs();
   if (command.budget > 0) options.budget = command.budget;
   options.time_limit = command.time_limit;
   options.largest_time_step_fraction = calibrate::largest_time_step_fraction(session.experiment());
-  options.progress = [&session](const calibrate::CalibrationProgress& progress) {
+  options.progress = [&session, &watch](const calibrate::CalibrationProgress& progress) {
+    watch.show(progress);
     const std::string best =
         std::isfinite(progress.best) ? fmt::format(", objective {:.3f}", progress.best) : "";
     session.progress().show("calibrating",
@@ -72,7 +75,8 @@ int run_calibrate(const CalibrateCommand& command) {
   // 2. Search, confirm, and say how sure
   calibrate::Journal journal(session.folder().journal());
   const auto ensemble = session.ensemble(problem, journal);
-  const calibrate::CalibrationOptions options = calibration_options(command, session);
+  Watch watch(command.watch, session, problem);
+  const calibrate::CalibrationOptions options = calibration_options(command, session, watch);
   calibrate::CalibrationResult result = calibrate::calibrate(problem, *ensemble, options);
   const std::vector<std::string>& film_warnings = session.films().warnings;
   result.warnings.insert(result.warnings.end(), film_warnings.begin(), film_warnings.end());

@@ -26,6 +26,7 @@ struct CalibrateCommand {
   std::filesystem::path experiment;
   int budget = 0;           // evaluations; 0: the default
   double time_limit = 0.0;  // s; 0: none
+  bool watch = false;       // the report follows the run
 };
 int run_calibrate(const CalibrateCommand& command);
 

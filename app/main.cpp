@@ -324,6 +324,8 @@ int main(int argc, char** argv) {
                   calibrate.time_limit,
                   "Seconds after which the search ends with what it has")
       ->check(CLI::PositiveNumber);
+  calibrate_verb.add_flag(
+      "--watch", calibrate.watch, "Keep report.html fresh as the run goes; a browser reloads it");
   add_common_options(calibrate_verb, calibrate.common);
   calibrate_verb.callback([&] { status = run_calibrate(calibrate); });
 

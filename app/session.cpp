@@ -60,8 +60,11 @@ std::unique_ptr<calibrate::Ensemble> Session::ensemble(const calibrate::Problem&
       simulator, journal, problem.hash, problem.target, jobs());
 }
 
+void Session::write_record() const { write_run_record(folder_, options_, experiment_, record_); }
+
 void Session::finish() {
-  write_run_record(folder_, options_, experiment_, record_);
+  write_record();
+  datasets::remove_progress(folder_);
   if (!std::filesystem::exists(folder_.result())) return;
   reports::write_report(folder_);
   if (options_.json) {

@@ -27,6 +27,7 @@ class Session {
   std::unique_ptr<calibrate::Ensemble> ensemble(const calibrate::Problem& problem,
                                                 calibrate::Journal& journal) const;
 
+  void write_record() const;  // run.json
   // Writes run.json, then makes the report where there is a result, and prints where it lies.
   void finish();
   double seconds() const;

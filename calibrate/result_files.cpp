@@ -213,41 +213,6 @@ void write_bands(const datasets::RunFolder& folder, const Band& band, const Scor
   datasets::write_csv(folder.table("bands"), table);
 }
 
-void write_evaluations(const datasets::RunFolder& folder,
-                       const Problem& problem,
-                       const CalibrationResult& result) {
-  Table table({"evaluation",
-               "stage",
-               "friction_particle_particle",
-               "friction_particle_wall",
-               "restitution",
-               "objective",
-               "best",
-               "agreement_percent",
-               "failed",
-               "seconds"});
-  double best = std::numeric_limits<double>::infinity();
-  int number = 0;
-  for (const Evaluation& evaluation : result.evaluations) {
-    best = std::min(best, evaluation.objective);
-    const double percent =
-        evaluation.mean.poses.empty()
-            ? 0.0
-            : agreement(problem.target.replicates, evaluation.mean, Critical::student_t).percent;
-    table.add({std::to_string(++number),
-               evaluation.stage,
-               number_text(evaluation.parameters.friction_particle_particle),
-               number_text(evaluation.parameters.friction_particle_wall),
-               number_text(evaluation.parameters.restitution),
-               number_text(evaluation.objective),
-               number_text(best),
-               number_text(percent),
-               std::to_string(evaluation.failed),
-               number_text(evaluation.seconds)});
-  }
-  datasets::write_csv(folder.table("evaluations"), table);
-}
-
 void write_friction_rows(const datasets::RunFolder& folder, const CalibrationResult& result) {
   Table table({"friction", "rms_position_m", "spread_m", "agreement_percent"});
   for (const FrictionRow& row : result.friction_rows) {
@@ -285,13 +250,48 @@ void write_comparison(const datasets::RunFolder& folder,
 
 }  // namespace
 
+void write_evaluations(const std::filesystem::path& file,
+                       const Problem& problem,
+                       std::span<const Evaluation> evaluations) {
+  Table table({"evaluation",
+               "stage",
+               "friction_particle_particle",
+               "friction_particle_wall",
+               "restitution",
+               "objective",
+               "best",
+               "agreement_percent",
+               "failed",
+               "seconds"});
+  double best = std::numeric_limits<double>::infinity();
+  int number = 0;
+  for (const Evaluation& evaluation : evaluations) {
+    best = std::min(best, evaluation.objective);
+    const double percent =
+        evaluation.mean.poses.empty()
+            ? 0.0
+            : agreement(problem.target.replicates, evaluation.mean, Critical::student_t).percent;
+    table.add({std::to_string(++number),
+               evaluation.stage,
+               number_text(evaluation.parameters.friction_particle_particle),
+               number_text(evaluation.parameters.friction_particle_wall),
+               number_text(evaluation.parameters.restitution),
+               number_text(evaluation.objective),
+               number_text(best),
+               number_text(percent),
+               std::to_string(evaluation.failed),
+               number_text(evaluation.seconds)});
+  }
+  datasets::write_csv(file, table);
+}
+
 void write_calibration(const datasets::RunFolder& folder,
                        const Problem& problem,
                        const CalibrationOptions& options,
                        const CalibrationResult& result,
                        double wall_time) {
   write_comparison(folder, problem, result.score);
-  write_evaluations(folder, problem, result);
+  write_evaluations(folder.table("evaluations"), problem, result.evaluations);
   write_friction_rows(folder, result);
   write_profiles(folder, result);
 

@@ -2,6 +2,8 @@
 // tables of the report.
 #pragma once
 
+#include <filesystem>
+#include <span>
 #include <string>
 
 #include "calibrate/calibration.h"
@@ -15,6 +17,11 @@ void write_calibration(const datasets::RunFolder& folder,
                        const CalibrationOptions& options,
                        const CalibrationResult& result,
                        double wall_time);
+
+// The table of the search, evaluation by evaluation.
+void write_evaluations(const std::filesystem::path& file,
+                       const Problem& problem,
+                       std::span<const Evaluation> evaluations);
 
 struct ValidationResult {
   ParameterSet parameters;

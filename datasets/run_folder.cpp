@@ -40,6 +40,10 @@ std::filesystem::path RunFolder::table(std::string_view name) const {
   return root / "tables" / fmt::format("{}.csv", name);
 }
 
+std::filesystem::path RunFolder::unfinished_table(std::string_view name) const {
+  return root / "tables" / fmt::format("{}.unfinished.csv", name);
+}
+
 std::filesystem::path RunFolder::tracks(std::string_view replicate) const {
   return root / "tracks" / fmt::format("{}.csv", replicate);
 }
@@ -74,6 +78,12 @@ void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) refuse_write(folder, error.value());
+}
+
+void remove_progress(const RunFolder& folder) {
+  std::error_code absent;
+  std::filesystem::remove(folder.progress(), absent);
+  std::filesystem::remove(folder.unfinished_table("evaluations"), absent);
 }
 
 void write_whole(const std::filesystem::path& file, std::string_view content) {

@@ -63,7 +63,8 @@ Section provenance_section(const RunData& data, Section section) {
   section.add_table(run_table(data));
   if (data.run.is_null())
     section.add_absence("run.json is absent: version, command, seeds and hashes are not known.");
-  if (const std::vector<std::string> missing = missing_files(data); !missing.empty()) {
+  if (const std::vector<std::string> missing = missing_files(data);
+      !missing.empty() && !data.is_under_way()) {
     section.add_absence(fmt::format("The run folder lacks {}, which a finished run leaves there.",
                                     joined(missing)));
   }

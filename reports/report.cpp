@@ -10,6 +10,8 @@ namespace graintruth::reports {
 
 namespace {
 
+constexpr const char* reload_pause = "10";  // s; of the page of a run under way
+
 Section method_section(const RunData& data, Section section) {
   section.add_template("method", {{"calibration", data.is_calibration()}});
   return section;
@@ -65,7 +67,14 @@ std::string experiment_title(const RunData& data) {
     std::string title = text(data.result, {key});
     if (!title.empty()) return title;
   }
+  if (std::string title = text(data.run, {"configuration", "title"}); !title.empty()) return title;
   return "Experiment without a title";
+}
+
+// Where the films come from must be said before there is a result, too.
+std::string note_of(const RunData& data) {
+  const std::string note = text(data.result, {"note"});
+  return note.empty() ? text(data.run, {"configuration", "note"}) : note;
 }
 
 }  // namespace
@@ -79,19 +88,22 @@ std::string build_report(const datasets::RunFolder& folder) {
   for (const Part& part : parts) sections.push_back(section_view(part, data));
 
   // 3. The page around them
-  return render(
-      "page",
-      {{"kind", data.is_calibration() ? "Calibration report" : "Comparison at given parameters"},
-       {"title", experiment_title(data)},
-       {"experiment", text(data.result, {"experiment"})},
-       {"date", text(data.run, {"started_at"})},
-       {"version", text(data.run, {"version"})},
-       {"note", text(data.result, {"note"})},
-       {"verdict", render("verdict", verdict_or_damage(data))},
-       {"sections", sections},
-       {"style", asset("page.css")},
-       {"plotly", asset("plotly.min.js")},
-       {"figures", asset("figures.js")}});
+  return render("page",
+                {{"kind",
+                  data.is_under_way()     ? "Calibration under way"
+                  : data.is_calibration() ? "Calibration report"
+                                          : "Comparison at given parameters"},
+                 {"title", experiment_title(data)},
+                 {"experiment", text(data.result, {"experiment"})},
+                 {"date", text(data.run, {"started_at"})},
+                 {"reload", data.is_under_way() ? reload_pause : ""},
+                 {"version", text(data.run, {"version"})},
+                 {"note", note_of(data)},
+                 {"verdict", render("verdict", verdict_or_damage(data))},
+                 {"sections", sections},
+                 {"style", asset("page.css")},
+                 {"plotly", asset("plotly.min.js")},
+                 {"figures", asset("figures.js")}});
 }
 
 void write_report(const datasets::RunFolder& folder) {

@@ -39,7 +39,8 @@ Json read_json(const std::filesystem::path& file, std::vector<std::string>& dama
 bool RunData::is_calibration() const { return text(result, {"kind"}) != "validation"; }
 
 std::optional<datasets::Table> RunData::table(std::string_view name) const {
-  const std::filesystem::path file = folder.table(name);
+  const std::filesystem::path file =
+      is_under_way() ? folder.unfinished_table(name) : folder.table(name);
   if (!std::filesystem::exists(file)) return std::nullopt;
   datasets::Table table = datasets::read_csv(file);
   if (table.rows() == 0) return std::nullopt;
@@ -55,7 +56,8 @@ RunData read_run_data(const datasets::RunFolder& folder) {
   }
   RunData data{.folder = folder};
   data.run = read_json(folder.run(), data.damage);
-  data.result = read_json(folder.result(), data.damage);
+  data.progress = read_json(folder.progress(), data.damage);
+  if (!data.is_under_way()) data.result = read_json(folder.result(), data.damage);
   data.measured = read_json(folder.measured(), data.damage);
   data.tracking = read_json(folder.tracking(), data.damage);
   return data;

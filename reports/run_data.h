@@ -22,8 +22,11 @@ struct RunData {
   Json result;    // result.json
   Json measured;  // measured.json
   Json tracking;  // tracking.json
+  Json progress;  // progress.json; only while the run is under way, and then result is null: what
+                  // there may be is of an earlier run
   std::vector<std::string> damage;  // a sentence for each of these that is there but unreadable
 
+  bool is_under_way() const { return !progress.is_null(); }
   bool is_calibration() const;  // false: a comparison at given parameters
   // tables/<name>.csv; nothing when it is absent or has no rows.
   std::optional<datasets::Table> table(std::string_view name) const;

@@ -257,6 +257,27 @@ TEST_F(Report, NamesTheFileThatIsNotJson) {
   EXPECT_GT(occurrences(page, "<figure class=\"plot\""), 5);  // the tables are as good as before
 }
 
+TEST_F(Report, FollowsARunThatIsUnderWay) {
+  write(folder_.progress(),
+        {{"stage", "polish"},
+         {"evaluations", 45},
+         {"budget", 100},
+         {"share", 0.52},
+         {"best", 0.31},
+         {"seconds", 250.0}});
+  std::filesystem::copy(folder_.table("evaluations"), folder_.unfinished_table("evaluations"));
+  const std::string page = build_report(folder_);
+  EXPECT_NE(page.find("http-equiv=\"refresh\" content=\"10\""), std::string::npos);
+  EXPECT_NE(spoken(page).find("45 of 100 evaluations, about 52.0 % done after 4 min 10 s. Lowest "
+                              "objective so far: 0.31"),
+            std::string::npos);
+  EXPECT_EQ(page.find("0.1234"), std::string::npos) << "shows the result of an earlier run";
+  EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 2);  // both of the search
+
+  datasets::remove_progress(folder_);
+  EXPECT_EQ(build_report(folder_).find("http-equiv=\"refresh\""), std::string::npos);
+}
+
 TEST_F(Report, OneBadCellCostsOneSection) {
   const int figures = occurrences(build_report(folder_), "<figure class=\"plot\"");
   const std::string table = datasets::read_whole(folder_.table("evaluations"));
