@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "app/command_line_text.h"
 #include "app/commands.h"
 #include "calibrate/calibration.h"
 #include "datasets/input_error.h"
@@ -380,6 +381,26 @@ int main(int argc, char** argv) {
   add_new(program, new_experiment, status);
   add_fit(program, fit, status);
   add_journal(program, journal, status);
+
+  // For the build, which installs both; "" as the group keeps them out of --help
+  program
+      .add_flag_callback(
+          "--print-man-page",
+          [&] {
+            fmt::print("{}", app::man_page(program, GRAINTRUTH_VERSION));
+            throw CLI::Success();
+          },
+          "")
+      ->group("");
+  program
+      .add_flag_callback(
+          "--print-bash-completion",
+          [&] {
+            fmt::print("{}", app::bash_completion(program));
+            throw CLI::Success();
+          },
+          "")
+      ->group("");
 
   const std::string command_line = joined(argc, argv);
   for (app::CommonOptions* options :
