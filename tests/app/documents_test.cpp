@@ -121,6 +121,22 @@ TEST(Documents, TellEveryKeyOfAnExperimentFileAndNoOther) {
   }
 }
 
+// The headings of the FAQ in backquotes are what a user has read on the terminal.
+TEST(Documents, AnswerSentencesThatTheProgramSays) {
+  std::string program;
+  for (const char* folder : {"app", "tracking", "datasets", "calibrate", "reports"})
+    for (const auto& entry : std::filesystem::directory_iterator(source() / folder))
+      if (entry.path().extension() == ".cpp") program += content_of(entry.path());
+  program = std::regex_replace(program, std::regex("\"\\s*\n\\s*\""), "");  // one literal
+  int sentences = 0;
+  for (const std::string& sentence :
+       found(content_of(source() / "docs/faq.md"), std::regex("### `([^`]+)`"))) {
+    EXPECT_NE(program.find(sentence), std::string::npos) << sentence;
+    ++sentences;
+  }
+  EXPECT_GE(sentences, 15);
+}
+
 TEST(Documents, ShellAndManKnowTheProgram) {
   const std::string man = run_program({"--print-man-page"}).out;
   EXPECT_TRUE(man.starts_with(".TH GRAINTRUTH 1")) << man;
