@@ -21,18 +21,19 @@ struct Part {
   const char* id;
   const char* heading;
   Section (*filled)(const RunData& data, Section section);
+  bool needs_result = true;  // left out while the run is under way
 };
 
 // In the order in which the reader meets them.
 constexpr Part parts[] = {{"parameters", "Parameters", parameters_section},
                           {"agreement", "Agreement", agreement_section},
                           {"tracks", "Tracks", tracks_section},
-                          {"search", "Search", search_section},
+                          {"search", "Search", search_section, false},
                           {"rms", "RMS distance against friction", rms_section},
                           {"time-step", "Time step", time_step_section},
-                          {"films", "Films and tracking", films_section},
-                          {"method", "Method and definitions", method_section},
-                          {"provenance", "Provenance", provenance_section}};
+                          {"films", "Films and tracking", films_section, false},
+                          {"method", "Method and definitions", method_section, false},
+                          {"provenance", "Provenance", provenance_section, false}};
 
 // A section whose files are damaged says so; the others are not affected.
 Json section_view(const Part& part, const RunData& data) {
@@ -85,7 +86,8 @@ std::string build_report(const datasets::RunFolder& folder) {
 
   // 2. The sections, each from the data alone
   Json sections = Json::array();
-  for (const Part& part : parts) sections.push_back(section_view(part, data));
+  for (const Part& part : parts)
+    if (!part.needs_result || !data.is_under_way()) sections.push_back(section_view(part, data));
 
   // 3. The page around them
   return render("page",

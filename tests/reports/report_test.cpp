@@ -273,6 +273,7 @@ TEST_F(Report, FollowsARunThatIsUnderWay) {
             std::string::npos);
   EXPECT_EQ(page.find("0.1234"), std::string::npos) << "shows the result of an earlier run";
   EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 2);  // both of the search
+  EXPECT_EQ(page.find("<section id=\"agreement\""), std::string::npos);
 
   datasets::remove_progress(folder_);
   EXPECT_EQ(build_report(folder_).find("http-equiv=\"refresh\""), std::string::npos);
