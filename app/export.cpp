@@ -139,7 +139,7 @@ void set_rebound(data& values, const ExportedRun& run, const Rebound& rebound) {
   values.set("rebound_of_two", four_digits(rebound(asked, 2)));
   const auto better = restitution_to_ask([&](double e) { return rebound(e, 1); }, asked);
   values.set("restitution_to_ask", better ? data(four_digits(*better)) : data(false));
-  values.set("rebound_of_two_to_ask", better ? four_digits(rebound(*better, 2)) : "none");
+  values.set("rebound_of_two_to_ask", better ? four_digits(rebound(*better, 2)) : "");
 }
 
 // The head of README.md, which all targets share.
@@ -198,6 +198,15 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
   std::string engine;
   std::vector<std::string> names;
   if (target == "liggghts") {
+    constexpr double least = 0.05;  // LIGGGHTS stops with an error there
+    if (run.parameters.restitution <= least) {
+      throw datasets::InputError(fmt::format(
+          "{}: the restitution is {}, but LIGGGHTS takes none of {} or less; export to lammps or "
+          "yade, or raise it in result.json.",
+          folder.result().string(),
+          number_text(run.parameters.restitution),
+          least));
+    }
     engine = "LIGGGHTS";
     names = {"particle.in", "contact.in", "drop.in"};
     set_rebound(values, run, liggghts_rebound);

@@ -204,7 +204,8 @@ std::string progress_sentence(const Json& progress) {
   return fmt::format(
       "This run is under way, at the stage \u201c{}\u201d: {} of {} evaluations, about {} done "
       "after "
-      "{}.{} The page loads itself anew.",
+      "{}.{} The page loads itself anew; if nothing changes, "
+      "the run was broken off, and the same command goes on where it was.",
       text(progress, {"stage"}),
       count(number(progress, {"evaluations"})),
       count(number(progress, {"budget"})),

@@ -161,6 +161,9 @@ TEST_P(Deck, ReboundsAsTheEnginesOwnLawPredicts) {
 }
 
 TEST_P(Deck, TakesASingleSphereAndUnequalOnes) {
+  Json run = Json::parse(content_of(run_.run()));
+  run["configuration"]["material"]["elastic_modulus_pa"] = 1e6;  // softer than engines like
+  write_json(run_.run(), run);
   for (const auto& spheres : {std::vector<std::pair<double, double>>{{0.0, 0.01}},
                               {{-0.01, 0.012}, {0.0, 0.015}, {0.012, 0.01}}}) {
     change(spheres, 0.7);
@@ -245,6 +248,8 @@ TEST_F(Export, RefusesWithOneSentenceAndWritesNothing) {
   expect_refusal(export_to("abaqus"), "abaqus");
   change({}, 0.8);
   expect_refusal(export_to("lammps"), "no element spheres");
+  change({{0.0, 0.01}}, 0.04);
+  expect_refusal(export_to("liggghts"), "LIGGGHTS takes none of 0.05 or less");
   change({{0.0, 0.01}}, 1.5);
   expect_refusal(export_to("yade"), "restitution is 1.5");
   std::filesystem::remove(run_.result());
