@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "app/session.h"
+#include "app/watch.h"
 #include "calibrate/bin_result_files.h"
 #include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
@@ -18,12 +19,14 @@ namespace {
 // What the command asks for, on top of what a calibration of this kind does by default.
 calibrate::CalibrationOptions calibration_options(const CalibrateCommand& command,
                                                   Session& session,
+                                                  Watch& watch,
                                                   calibrate::CalibrationOptions options) {
   options.seed = command.common.seed;
   options.jobs = session.jobs();
   if (command.budget > 0) options.budget = command.budget;
   options.time_limit = command.time_limit;
-  options.progress = [&session](const calibrate::CalibrationProgress& progress) {
+  options.progress = [&session, &watch](const calibrate::CalibrationProgress& progress) {
+    watch.show(progress);
     const std::string best =
         std::isfinite(progress.best) ? fmt::format(", objective {:.3f}", progress.best) : "";
     session.progress().show("calibrating",
@@ -107,7 +110,8 @@ void calibrate_tracks(const CalibrateCommand& command, Session& session) {
   const calibrate::Problem problem = session.problem();
   calibrate::Journal journal(session.folder().journal());
   const auto ensemble = session.ensemble(problem, journal);
-  calibrate::CalibrationOptions options = calibration_options(command, session, {});
+  Watch watch(command.watch, session, calibrate::agreement_of(problem));
+  calibrate::CalibrationOptions options = calibration_options(command, session, watch, {});
   options.largest_time_step_fraction = calibrate::largest_time_step_fraction(session.experiment());
   calibrate::CalibrationResult result = calibrate::calibrate(problem, *ensemble, options);
   session.add_film_warnings(result.warnings);
@@ -125,8 +129,9 @@ void calibrate_flow(const CalibrateCommand& command, Session& session) {
   const auto searched =
       session.ensemble(problem, problem.calibrated_films, problem.calibrated, journal);
   const auto all = session.ensemble(problem, every_film, problem.all, journal);
+  Watch watch(command.watch, session, {});
   calibrate::CalibrationOptions options =
-      calibration_options(command, session, calibrate::bin_options());
+      calibration_options(command, session, watch, calibrate::bin_options());
   options.largest_time_step_fraction = 1.0;
   for (const calibrate::BinStart& start : problem.starts) {
     options.largest_time_step_fraction =

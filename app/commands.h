@@ -26,6 +26,7 @@ struct CalibrateCommand {
   std::filesystem::path experiment;
   int budget = 0;           // evaluations; 0: the default
   double time_limit = 0.0;  // s; 0: none
+  bool watch = false;       // the report follows the run
 };
 int run_calibrate(const CalibrateCommand& command);
 
@@ -67,8 +68,16 @@ int run_fit_kinematic(const FitCommand& command);
 
 struct ReportCommand {
   std::filesystem::path run_folder;
+  bool pdf = false;
 };
 int run_report(const ReportCommand& command);
+
+struct ExportCommand {
+  std::filesystem::path run_folder;
+  std::string to;             // liggghts, lammps, yade or csv
+  std::filesystem::path out;  // empty: RUN_DIR/export/<to>
+};
+int run_export(const ExportCommand& command);
 
 struct EvaluateCommand {
   CommonOptions common;

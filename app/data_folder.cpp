@@ -12,8 +12,8 @@ std::filesystem::path data_folder() {
   std::filesystem::path folder =
       std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
   while (!folder.empty()) {
-    if (std::filesystem::is_directory(folder / "datasets" / "thesis", error))
-      return folder / "datasets";
+    for (const char* place : {"datasets", "share/graintruth/datasets"})
+      if (std::filesystem::is_directory(folder / place / "thesis", error)) return folder / place;
     if (folder == folder.parent_path()) break;
     folder = folder.parent_path();
   }

@@ -5,8 +5,9 @@
 
 namespace graintruth::app {
 
-// The folder datasets/: $GRAINTRUTH_DATA where set, else the first datasets/thesis found upwards
-// from the program. Throws datasets::InputError where there is none.
+// The folder datasets/: $GRAINTRUTH_DATA where set, else the first datasets/ or
+// share/graintruth/datasets/ (where it is installed) with the thesis's tables upwards from the
+// program. Throws datasets::InputError where there is none.
 std::filesystem::path data_folder();
 
 }  // namespace graintruth::app

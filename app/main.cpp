@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "app/command_line_text.h"
 #include "app/commands.h"
 #include "calibrate/calibration.h"
 #include "datasets/input_error.h"
@@ -151,6 +152,23 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
       "new macro my-bin");
 }
 
+void add_export(CLI::App& program, app::ExportCommand& command, int& status) {
+  CLI::App& verb =
+      add_verb(program,
+               "export",
+               "The calibrated particle and contact for another engine, or plain tables",
+               "export out/micro --to liggghts");
+  verb.add_option("run_folder", command.run_folder, "Folder of a run")
+      ->type_name("RUN_DIR")
+      ->required();
+  verb.add_option("--to", command.to, "liggghts, lammps, yade, or csv for tables of everything")
+      ->check(CLI::IsMember({"liggghts", "lammps", "yade", "csv"}))
+      ->required();
+  verb.add_option("--out", command.out, "Folder to write (default: RUN_DIR/export/<to>)")
+      ->type_name("DIR");
+  verb.callback([&] { status = run_export(command); });
+}
+
 // An option whose unit is in its name, stored in SI.
 void add_length(CLI::App& verb, const char* name, const char* what, double& metres) {
   constexpr double millimetre = 1e-3;
@@ -284,6 +302,7 @@ int main(int argc, char** argv) {
   app::ValidateCommand validate;
   app::ReproduceCommand reproduce;
   app::ReportCommand report;
+  app::ExportCommand exported;
   app::EvaluateCommand evaluate;
   app::CheckCommand check;
   app::NewCommand new_experiment;
@@ -306,6 +325,8 @@ int main(int argc, char** argv) {
                   calibrate.time_limit,
                   "Seconds after which the search ends with what it has")
       ->check(CLI::PositiveNumber);
+  calibrate_verb.add_flag(
+      "--watch", calibrate.watch, "Keep report.html fresh as the run goes; a browser reloads it");
   add_common_options(calibrate_verb, calibrate.common);
   calibrate_verb.callback([&] { status = run_calibrate(calibrate); });
 
@@ -350,14 +371,36 @@ int main(int argc, char** argv) {
   report_verb.add_option("run_folder", report.run_folder, "Folder of a run")
       ->type_name("RUN_DIR")
       ->required();
+  report_verb.add_flag("--pdf", report.pdf, "Print it to report.pdf too (needs Chromium)");
   report_verb.callback([&] { status = run_report(report); });
 
+  add_export(program, exported, status);
   add_simulate(program, simulate, status);
   add_evaluate(program, evaluate, status);
   add_check(program, check, status);
   add_new(program, new_experiment, status);
   add_fit(program, fit, status);
   add_journal(program, journal, status);
+
+  // For the build, which installs both; "" as the group keeps them out of --help
+  program
+      .add_flag_callback(
+          "--print-man-page",
+          [&] {
+            fmt::print("{}", app::man_page(program, GRAINTRUTH_VERSION));
+            throw CLI::Success();
+          },
+          "")
+      ->group("");
+  program
+      .add_flag_callback(
+          "--print-bash-completion",
+          [&] {
+            fmt::print("{}", app::bash_completion(program));
+            throw CLI::Success();
+          },
+          "")
+      ->group("");
 
   const std::string command_line = joined(argc, argv);
   for (app::CommonOptions* options :

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/pdf.h"
 
 namespace graintruth::app {
 
@@ -11,6 +12,10 @@ int run_report(const ReportCommand& command) {
   const datasets::RunFolder folder{command.run_folder};
   reports::write_report(folder);
   fmt::print("{}\n", folder.report().string());
+  if (command.pdf) {
+    print_pdf(folder.report(), folder.report_pdf());
+    fmt::print("{}\n", folder.report_pdf().string());
+  }
   return 0;
 }
 

@@ -94,8 +94,11 @@ void Session::add_film_warnings(std::vector<std::string>& warnings) const {
   warnings.insert(warnings.end(), films_.warnings.begin(), films_.warnings.end());
 }
 
+void Session::write_record() const { write_run_record(folder_, options_, experiment_, record_); }
+
 void Session::finish() {
-  write_run_record(folder_, options_, experiment_, record_);
+  write_record();
+  datasets::remove_progress(folder_);
   if (!std::filesystem::exists(folder_.result())) return;
   reports::write_report(folder_);
   if (options_.json) {

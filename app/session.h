@@ -42,6 +42,7 @@ class Session {
   // What must be said of the films goes after what is said of the calibration.
   void add_film_warnings(std::vector<std::string>& warnings) const;
 
+  void write_record() const;  // run.json
   // Writes run.json, then makes the report where there is a result, and prints where it lies.
   void finish();
   double seconds() const;

@@ -15,12 +15,12 @@ namespace graintruth::calibrate {
 struct BinStart {
   datasets::Experiment experiment;  // as this replicate was filmed
   BulkRig rig;
-  std::vector<datasets::Pose> bed;    // one a particle, at rest
+  std::vector<datasets::Pose> bed;                   // one a particle, at rest
   datasets::Pose standard_deviation{0.0, 0.0, 0.0};  // of one tracked pose
-  double duration = 0.0;              // s, from the opening to the end of the film
-  double frame_interval = 0.0;        // s
-  double profile_height = 0.0;        // m; where the film's velocity profile is taken
-  double impact_speed = 0.0;          // m/s; of a fall by the widest orifice of the experiment
+  double duration = 0.0;                             // s, from the opening to the end of the film
+  double frame_interval = 0.0;                       // s
+  double profile_height = 0.0;  // m; where the film's velocity profile is taken
+  double impact_speed = 0.0;    // m/s; of a fall by the widest orifice of the experiment
   bool held_out = false;
   std::string hash;  // of everything that decides this simulation besides its request
 };

@@ -272,7 +272,7 @@ void write_bin_calibration(const datasets::RunFolder& folder,
                            const CalibrationOptions& options,
                            const BinCalibrationResult& result,
                            double wall_time) {
-  write_evaluations(folder, result, {});
+  write_evaluations(folder.table("evaluations"), result.evaluations, {});
   write_profiles(folder, result);
   write_curves(folder, result);
   write_profile_comparison(folder, problem, result);

@@ -41,9 +41,9 @@ int discharged_by(const Discharge& discharge, double time);
 struct Pause {
   double from = 0.0, to = 0.0;  // s
 };
-// Between the first and the last particle that left. `jammed`: none has left for as long as ten such
-// times at the end, and at least two particles still lie above the opening, held by an arch; a heap
-// beside the opening is no jam.
+// Between the first and the last particle that left. `jammed`: none has left for as long as ten
+// such times at the end, and at least two particles still lie above the opening, held by an arch; a
+// heap beside the opening is no jam.
 struct Arching {
   std::vector<Pause> pauses;
   bool jammed = false;

@@ -182,17 +182,21 @@ void write_comparison(const datasets::RunFolder& folder,
 
 }  // namespace
 
+EvaluationAgreement agreement_of(const Problem& problem) {
+  return [&problem](const Evaluation& evaluation) {
+    const datasets::Trajectories mean = mean_of_runs(evaluation.runs);
+    if (mean.poses.empty()) return 0.0;
+    return agreement(problem.comparison->target().replicates, mean, Critical::student_t).percent;
+  };
+}
+
 void write_calibration(const datasets::RunFolder& folder,
                        const Problem& problem,
                        const CalibrationOptions& options,
                        const CalibrationResult& result,
                        double wall_time) {
   write_comparison(folder, problem, result.score);
-  write_evaluations(folder, result, [&](const Evaluation& evaluation) {
-    const datasets::Trajectories mean = mean_of_runs(evaluation.runs);
-    if (mean.poses.empty()) return 0.0;
-    return agreement(problem.comparison->target().replicates, mean, Critical::student_t).percent;
-  });
+  write_evaluations(folder.table("evaluations"), result.evaluations, agreement_of(problem));
   write_friction_rows(folder, result);
   write_profiles(folder, result);
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "calibrate/calibration.h"
+#include "calibrate/evaluation_table.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::calibrate {
@@ -15,6 +16,9 @@ void write_calibration(const datasets::RunFolder& folder,
                        const CalibrationOptions& options,
                        const CalibrationResult& result,
                        double wall_time);
+
+// Percent of an evaluation's mean run, Student form. `problem` must outlive it.
+EvaluationAgreement agreement_of(const Problem& problem);
 
 struct ValidationResult {
   ParameterSet parameters;

@@ -79,9 +79,9 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
   json["warnings"] = result.warnings;
 }
 
-void write_evaluations(const datasets::RunFolder& folder,
-                       const SearchResult& result,
-                       const std::function<double(const Evaluation&)>& agreement_percent) {
+void write_evaluations(const std::filesystem::path& file,
+                       std::span<const Evaluation> evaluations,
+                       const EvaluationAgreement& agreement_percent) {
   Table table({"evaluation",
                "stage",
                "friction_particle_particle",
@@ -94,7 +94,7 @@ void write_evaluations(const datasets::RunFolder& folder,
                "seconds"});
   double best = std::numeric_limits<double>::infinity();
   int number = 0;
-  for (const Evaluation& evaluation : result.evaluations) {
+  for (const Evaluation& evaluation : evaluations) {
     best = std::min(best, evaluation.objective);
     const double percent = agreement_percent ? agreement_percent(evaluation) : std::nan("");
     table.add({std::to_string(++number),
@@ -108,7 +108,7 @@ void write_evaluations(const datasets::RunFolder& folder,
                std::to_string(evaluation.failed),
                number_text(evaluation.seconds)});
   }
-  datasets::write_csv(folder.table("evaluations"), table);
+  datasets::write_csv(file, table);
 }
 
 void write_profiles(const datasets::RunFolder& folder, const SearchResult& result) {

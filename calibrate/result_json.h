@@ -2,9 +2,9 @@
 // this folder alone.
 #pragma once
 
-#include <functional>
 #include <nlohmann/json.hpp>
 
+#include "calibrate/evaluation_table.h"
 #include "calibrate/search.h"
 #include "datasets/run_folder.h"
 
@@ -17,10 +17,6 @@ Json head_json(const datasets::Experiment& experiment, const char* kind);
 void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json);
 void write_json(const std::filesystem::path& file, const Json& json);
 
-// tables/evaluations.csv. `agreement_percent` of an evaluation, where there is such a thing.
-void write_evaluations(const datasets::RunFolder& folder,
-                       const SearchResult& result,
-                       const std::function<double(const Evaluation&)>& agreement_percent);
 // tables/profile.csv.
 void write_profiles(const datasets::RunFolder& folder, const SearchResult& result);
 

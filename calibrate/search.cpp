@@ -97,7 +97,8 @@ SimulationProgress Search::reporter(double weight) {
                        .evaluations = static_cast<int>(result_.evaluations.size()),
                        .budget = options_.budget,
                        .share = std::min(1.0, cost_ / expected_cost()),
-                       .best = result_.evaluations.empty() ? std::nan("") : best().objective});
+                       .best = result_.evaluations.empty() ? std::nan("") : best().objective,
+                       .finished = result_.evaluations});
   };
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct CalibrationProgress {
   int budget = 0;
   double share = 0.0;  // of the whole calibration's expected cost that is done
   double best = 0.0;   // lowest objective so far; NaN before the first
+  std::span<const Evaluation> finished = {};  // of the search, in order
 };
 
 struct CalibrationOptions {

@@ -40,6 +40,10 @@ std::filesystem::path RunFolder::table(std::string_view name) const {
   return root / "tables" / fmt::format("{}.csv", name);
 }
 
+std::filesystem::path RunFolder::unfinished_table(std::string_view name) const {
+  return root / "tables" / fmt::format("{}.unfinished.csv", name);
+}
+
 std::filesystem::path RunFolder::tracks(std::string_view replicate) const {
   return root / "tracks" / fmt::format("{}.csv", replicate);
 }
@@ -63,15 +67,23 @@ std::filesystem::path RunFolder::tracking_of(std::string_view replicate) const {
 
 RunFolder open_run_folder(const std::filesystem::path& root) {
   const RunFolder folder{root};
-  for (const auto& made : {root, root / "tables", root / "tracks"}) {
-    std::error_code error;
-    std::filesystem::create_directories(made, error);
-    if (error) refuse_write(made, error.value());
-  }
+  for (const auto& made : {root, root / "tables", root / "tracks"}) make_folder(made);
   const std::filesystem::path probe = root / ".write-probe";
   write_whole(probe, "");
   std::filesystem::remove(probe);
   return folder;
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) refuse_write(folder, error.value());
+}
+
+void remove_progress(const RunFolder& folder) {
+  std::error_code absent;
+  std::filesystem::remove(folder.progress(), absent);
+  std::filesystem::remove(folder.unfinished_table("evaluations"), absent);
 }
 
 void write_whole(const std::filesystem::path& file, std::string_view content) {

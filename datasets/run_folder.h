@@ -18,9 +18,16 @@ struct RunFolder {
   std::filesystem::path journal() const { return root / "journal.db"; }
   std::filesystem::path journal_csv() const { return root / "journal.csv"; }
   std::filesystem::path report() const { return root / "report.html"; }
-  std::filesystem::path table(std::string_view name) const;        // tables/<name>.csv
+  std::filesystem::path report_pdf() const { return root / "report.pdf"; }
+  std::filesystem::path progress() const {
+    return root / "progress.json";
+  }                                                          // while it is under way
+  std::filesystem::path table(std::string_view name) const;  // tables/<name>.csv
+  // tables/<name>.unfinished.csv: of the run under way, beside the table of an earlier one
+  std::filesystem::path unfinished_table(std::string_view name) const;
   std::filesystem::path tracks(std::string_view replicate) const;  // tracks/<replicate>.csv
-  // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are smeared
+  // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are
+  // smeared
   std::filesystem::path stagnant(std::string_view replicate) const;
   std::filesystem::path overlay(
       std::string_view replicate) const;  // tracks/<replicate>.overlay.mp4
@@ -32,6 +39,12 @@ struct RunFolder {
 // Makes the folder (and tables/, tracks/) and proves that it can be written. Throws InputError if
 // not.
 RunFolder open_run_folder(const std::filesystem::path& root);
+
+// Makes a folder and those above it. Throws InputError if it cannot be made.
+void make_folder(const std::filesystem::path& folder);
+
+// The run is not under way any more: progress.json and its tables go.
+void remove_progress(const RunFolder& folder);
 
 // Writes beside the file, flushes to disk, then renames over it. Throws InputError when the disk
 // refuses.

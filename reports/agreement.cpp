@@ -242,8 +242,7 @@ Figure rank_figure(const datasets::Table& ranks) {
 
 }  // namespace
 
-Section agreement_section(const RunData& data) {
-  Section section("agreement", "Agreement");
+Section agreement_section(const RunData& data, Section section) {
   const Json& agreement = at(data.result, {"agreement"});
   if (agreement.is_object()) {
     const std::vector<ScoreRow> rows = scores(agreement);

@@ -91,8 +91,7 @@ TableView film_table(const Json& replicates) {
 
 }  // namespace
 
-Section films_section(const RunData& data) {
-  Section section("films", "Films and tracking");
+Section films_section(const RunData& data, Section section) {
   const Json& replicates = list(data.tracking, {"replicates"});
   if (replicates.empty()) {
     section.add_absence(

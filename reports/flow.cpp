@@ -297,8 +297,7 @@ std::vector<std::string> flow_sentences(const RunData& data) {
   return sentences;
 }
 
-Section flow_section(const RunData& data) {
-  Section section("flow", "Flow out of the bin");
+Section flow_section(const RunData& data, Section section) {
   const Json& rows = list(data.result, {"comparison"});
   if (rows.empty()) {
     section.add_absence("This run compared no flow rates.");

@@ -123,8 +123,7 @@ Figure interval_figure(const Json& parameters) {
 
 }  // namespace
 
-Section parameters_section(const RunData& data) {
-  Section section("parameters", "Parameters");
+Section parameters_section(const RunData& data, Section section) {
   const Json& parameters = at(data.result, {"parameters"});
   if (!parameters.is_object() || parameters.empty()) {
     section.add_absence("This run left no parameters behind.");

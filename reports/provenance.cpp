@@ -1,4 +1,6 @@
 // Where the numbers come from, and how to get them again.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string>
 
@@ -47,13 +49,25 @@ TableView run_table(const RunData& data) {
   return table;
 }
 
+std::vector<std::string> missing_files(const RunData& data) {
+  const datasets::RunFolder& folder = data.folder;
+  std::vector<std::string> missing;
+  for (const auto& file : {folder.result(), folder.measured(), folder.tracking(), folder.journal()})
+    if (!std::filesystem::exists(file)) missing.push_back(file.filename().string());
+  return missing;
+}
+
 }  // namespace
 
-Section provenance_section(const RunData& data) {
-  Section section("provenance", "Provenance");
+Section provenance_section(const RunData& data, Section section) {
   section.add_table(run_table(data));
   if (data.run.is_null())
     section.add_absence("run.json is absent: version, command, seeds and hashes are not known.");
+  if (const std::vector<std::string> missing = missing_files(data);
+      !missing.empty() && !data.is_under_way()) {
+    section.add_absence(fmt::format("The run folder lacks {}, which a finished run leaves there.",
+                                    joined(missing)));
+  }
 
   const Json& hashes = at(data.run, {"input_hashes"});
   if (hashes.is_object() && !hashes.empty()) {

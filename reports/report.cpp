@@ -1,7 +1,6 @@
 #include "reports/report.h"
 
-#include <vector>
-
+#include "datasets/input_error.h"
 #include "reports/assets.h"
 #include "reports/page.h"
 #include "reports/run_data.h"
@@ -11,17 +10,73 @@ namespace graintruth::reports {
 
 namespace {
 
-Section method_section(const RunData& data) {
-  Section section("method", "Method and definitions");
+// A validation needs something that was held out.
+std::string kind_of(const RunData& data) {
+  if (data.is_under_way()) return "Calibration under way";
+  if (!data.is_calibration()) return "Comparison at given parameters";
+  return data.has_held_out() ? "Calibration and validation report" : "Calibration report";
+}
+
+constexpr const char* reload_pause = "10";  // s; of the page of a run under way
+
+Section method_section(const RunData& data, Section section) {
   section.add_template(data.is_flow() ? "method_flow" : "method",
                        {{"calibration", data.is_calibration()}});
   return section;
 }
 
-// A validation needs something that was held out.
-std::string kind_of(const RunData& data) {
-  if (!data.is_calibration()) return "Comparison at given parameters";
-  return data.has_held_out() ? "Calibration and validation report" : "Calibration report";
+struct Part {
+  const char* id;
+  const char* heading;
+  Section (*filled)(const RunData& data, Section section);
+  bool needs_result = true;                          // left out while the run is under way
+  enum class Of { any, tracks, flow } of = Of::any;  // calibration
+
+  bool belongs(const RunData& data) const {
+    if (of != Of::any && data.is_flow() != (of == Of::flow)) return false;
+    return !needs_result || !data.is_under_way();
+  }
+};
+
+// In the order in which the reader meets them.
+constexpr Part parts[] = {
+    {"parameters", "Parameters", parameters_section},
+    {"flow", "Flow out of the bin", flow_section, true, Part::Of::flow},
+    {"agreement", "Agreement", agreement_section, true, Part::Of::tracks},
+    {"tracks", "Tracks", tracks_section, true, Part::Of::tracks},
+    {"search", "Search", search_section, false},
+    {"rms", "RMS distance against friction", rms_section, true, Part::Of::tracks},
+    {"time-step", "Time step", time_step_section},
+    {"films", "Films and tracking", films_section, false},
+    {"method", "Method and definitions", method_section, false},
+    {"provenance", "Provenance", provenance_section, false}};
+
+// A section whose files are damaged says so; the others are not affected.
+Json section_view(const Part& part, const RunData& data) {
+  std::string reason;
+  try {
+    return part.filled(data, Section(part.id, part.heading)).view();
+  } catch (const datasets::InputError& error) {
+    reason = error.what();
+  } catch (const Json::exception&) {
+    reason = "result.json, run.json or tracking.json holds something else than a run writes there.";
+  }
+  Section section(part.id, part.heading);
+  section.add_absence("This section cannot be made, because a file of the run is damaged. " +
+                      reason);
+  return section.view();
+}
+
+Json verdict_or_damage(const RunData& data) {
+  Json view;
+  try {
+    view = verdict_view(data);
+  } catch (const Json::exception&) {
+    view = {
+        {"absence", "There is no verdict: result.json holds something else than a run writes."}};
+  }
+  if (!data.damage.empty()) view["damage"] = {{"damage_sentences", data.damage}};
+  return view;
 }
 
 std::string experiment_title(const RunData& data) {
@@ -29,7 +84,14 @@ std::string experiment_title(const RunData& data) {
     std::string title = text(data.result, {key});
     if (!title.empty()) return title;
   }
+  if (std::string title = text(data.run, {"configuration", "title"}); !title.empty()) return title;
   return "Experiment without a title";
+}
+
+// Where the films come from must be said before there is a result, too.
+std::string note_of(const RunData& data) {
+  const std::string note = text(data.result, {"note"});
+  return note.empty() ? text(data.run, {"configuration", "note"}) : note;
 }
 
 }  // namespace
@@ -40,18 +102,8 @@ std::string build_report(const datasets::RunFolder& folder) {
 
   // 2. The sections, each from the data alone
   Json sections = Json::array();
-  std::vector<Section> all = {parameters_section(data)};
-  if (data.is_flow()) {
-    all.push_back(flow_section(data));
-  } else {
-    all.push_back(agreement_section(data));
-    all.push_back(tracks_section(data));
-  }
-  all.push_back(search_section(data));
-  if (!data.is_flow()) all.push_back(rms_section(data));
-  for (auto* make : {time_step_section, films_section, method_section, provenance_section})
-    all.push_back(make(data));
-  for (const Section& section : all) sections.push_back(section.view());
+  for (const Part& part : parts)
+    if (part.belongs(data)) sections.push_back(section_view(part, data));
 
   // 3. The page around them
   return render("page",
@@ -59,9 +111,10 @@ std::string build_report(const datasets::RunFolder& folder) {
                  {"title", experiment_title(data)},
                  {"experiment", text(data.result, {"experiment"})},
                  {"date", text(data.run, {"started_at"})},
+                 {"reload", data.is_under_way() ? reload_pause : ""},
                  {"version", text(data.run, {"version"})},
-                 {"note", text(data.result, {"note"})},
-                 {"verdict", render("verdict", verdict_view(data))},
+                 {"note", note_of(data)},
+                 {"verdict", render("verdict", verdict_or_damage(data))},
                  {"sections", sections},
                  {"style", asset("page.css")},
                  {"plotly", asset("plotly.min.js")},

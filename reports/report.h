@@ -9,8 +9,8 @@ namespace graintruth::reports {
 
 // Reads run.json, result.json, measured.json, tracking.json, tables/*.csv and the annotated frames.
 // What a run did not leave behind becomes a sentence on the page. The same folder gives the same
-// bytes. Throws datasets::InputError when the folder holds no run at all, or a file in it cannot be
-// understood.
+// bytes, and a file that cannot be understood becomes a sentence too. Throws datasets::InputError
+// when the folder holds no run at all.
 std::string build_report(const datasets::RunFolder& folder);
 
 // Writes build_report() to folder.report(), whole or not at all.

@@ -14,16 +14,25 @@ namespace {
 
 const Json absent;
 
-Json read_json(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return absent;
+// Nothing where the file is absent; nothing and a sentence in `damage` where it is not what a run
+// writes.
+Json read_json(const std::filesystem::path& file, std::vector<std::string>& damage) {
+  if (!std::filesystem::is_regular_file(file)) return absent;
+  std::string reason;
   try {
-    return Json::parse(datasets::read_whole(file));
+    Json json = Json::parse(datasets::read_whole(file));
+    if (json.is_object()) return json;
+    reason = "holds no JSON object";
   } catch (const Json::parse_error& error) {
-    throw datasets::InputError(fmt::format(
-        "{}: is not valid JSON near byte {}; run the calibration again to have it rewritten.",
-        file.string(),
-        error.byte));
+    reason = fmt::format("is not valid JSON near byte {}", error.byte);
+  } catch (const datasets::InputError&) {
+    reason = "cannot be opened";
   }
+  damage.push_back(
+      fmt::format("{} {} and is left out; run the same command again to have it rewritten.",
+                  file.filename().string(),
+                  reason));
+  return absent;
 }
 
 }  // namespace
@@ -39,7 +48,8 @@ bool RunData::has_held_out() const {
 }
 
 std::optional<datasets::Table> RunData::table(std::string_view name) const {
-  const std::filesystem::path file = folder.table(name);
+  const std::filesystem::path file =
+      is_under_way() ? folder.unfinished_table(name) : folder.table(name);
   if (!std::filesystem::exists(file)) return std::nullopt;
   datasets::Table table = datasets::read_csv(file);
   if (table.rows() == 0) return std::nullopt;
@@ -53,11 +63,13 @@ RunData read_run_data(const datasets::RunFolder& folder) {
                     "--out of calibrate or validate).",
                     folder.root.string()));
   }
-  return {.folder = folder,
-          .run = read_json(folder.run()),
-          .result = read_json(folder.result()),
-          .measured = read_json(folder.measured()),
-          .tracking = read_json(folder.tracking())};
+  RunData data{.folder = folder};
+  data.run = read_json(folder.run(), data.damage);
+  data.progress = read_json(folder.progress(), data.damage);
+  if (!data.is_under_way()) data.result = read_json(folder.result(), data.damage);
+  data.measured = read_json(folder.measured(), data.damage);
+  data.tracking = read_json(folder.tracking(), data.damage);
+  return data;
 }
 
 const Json& at(const Json& json, std::initializer_list<std::string_view> path) {

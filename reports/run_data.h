@@ -18,11 +18,15 @@ using Json = nlohmann::json;
 
 struct RunData {
   datasets::RunFolder folder;
-  Json run;       // run.json; null where the file is absent, as are the next three
+  Json run;       // run.json; null where the file is absent or damaged, as are the next three
   Json result;    // result.json
   Json measured;  // measured.json
   Json tracking;  // tracking.json
+  Json progress;  // progress.json; only while the run is under way, and then result is null: what
+                  // there may be is of an earlier run
+  std::vector<std::string> damage;  // a sentence for each of these that is there but unreadable
 
+  bool is_under_way() const { return !progress.is_null(); }
   bool is_calibration() const;  // false: a comparison at given parameters
   bool is_flow() const;         // of what runs out of a bin, not of tracks
   bool has_held_out() const;    // something was predicted that the search never saw

@@ -227,8 +227,7 @@ const ThesisRms* thesis_value(double friction) {
 
 }  // namespace
 
-Section search_section(const RunData& data) {
-  Section section("search", "Search");
+Section search_section(const RunData& data, Section section) {
   const auto table = data.table("evaluations");
   if (!table) {
     section.add_absence(data.is_calibration()
@@ -267,8 +266,7 @@ Section search_section(const RunData& data) {
   return section;
 }
 
-Section rms_section(const RunData& data) {
-  Section section("rms", "RMS distance against friction");
+Section rms_section(const RunData& data, Section section) {
   const auto table = data.table("rms_friction");
   if (!table) {
     section.add_absence(

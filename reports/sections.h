@@ -7,16 +7,19 @@
 namespace graintruth::reports {
 
 Json verdict_view(const RunData& data);  // verdict.mustache: what came out, and how to read it
-Section parameters_section(const RunData& data);
 // What the flow section shows, in sentences; empty where no flow was compared.
 std::vector<std::string> flow_sentences(const RunData& data);
-Section flow_section(const RunData& data);
-Section agreement_section(const RunData& data);
-Section tracks_section(const RunData& data);
-Section search_section(const RunData& data);
-Section rms_section(const RunData& data);
-Section time_step_section(const RunData& data);
-Section films_section(const RunData& data);
-Section provenance_section(const RunData& data);
+
+// Each fills the empty section that it is given. Throws datasets::InputError when a table that it
+// needs cannot be understood.
+Section parameters_section(const RunData& data, Section section);
+Section flow_section(const RunData& data, Section section);
+Section agreement_section(const RunData& data, Section section);
+Section tracks_section(const RunData& data, Section section);
+Section search_section(const RunData& data, Section section);
+Section rms_section(const RunData& data, Section section);
+Section time_step_section(const RunData& data, Section section);
+Section films_section(const RunData& data, Section section);
+Section provenance_section(const RunData& data, Section section);
 
 }  // namespace graintruth::reports

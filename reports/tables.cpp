@@ -33,7 +33,11 @@ Json TableView::view() const {
     }
     rows.push_back({{"cells", cells}, {"total", row.is_total}});
   }
-  return {{"caption", caption_}, {"columns", columns}, {"rows", rows}};
+  constexpr std::size_t most_on_paper = 9;  // columns in the print's usual size of letters
+  return {{"caption", caption_},
+          {"columns", columns},
+          {"rows", rows},
+          {"wide", columns_.size() > most_on_paper}};
 }
 
 }  // namespace graintruth::reports

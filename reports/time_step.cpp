@@ -107,8 +107,7 @@ Figure study_figure(const std::map<std::string, Study>& studies) {
 
 }  // namespace
 
-Section time_step_section(const RunData& data) {
-  Section section("time-step", "Time step");
+Section time_step_section(const RunData& data, Section section) {
   const Json& time_step = at(data.result, {"time_step"});
   if (!time_step.is_object()) {
     section.add_absence("This run recorded no time step.");

@@ -277,8 +277,7 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
 
 }  // namespace
 
-Section tracks_section(const RunData& data) {
-  Section section("tracks", "Tracks");
+Section tracks_section(const RunData& data, Section section) {
   const auto bands = data.table("bands");
   if (!bands || !bands->has("particle")) {
     section.add_absence(

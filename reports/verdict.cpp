@@ -197,11 +197,37 @@ std::string single_run_sentence(const Json& agreement) {
       percent(thesis));
 }
 
+// Where the run is, and how far.
+std::string progress_sentence(const Json& progress) {
+  const double share = number(progress, {"share"});
+  const double best = number(progress, {"best"});
+  return fmt::format(
+      "This run is under way, at the stage \u201c{}\u201d: {} of {} evaluations, about {} done "
+      "after "
+      "{}.{} The page loads itself anew; if nothing changes, "
+      "the run was broken off, and the same command goes on where it was.",
+      text(progress, {"stage"}),
+      count(number(progress, {"evaluations"})),
+      count(number(progress, {"budget"})),
+      percent(100.0 * share),
+      seconds(number(progress, {"seconds"})),
+      std::isfinite(best) ? fmt::format(" Lowest objective so far: {}.", significant(best)) : "");
+}
+
 }  // namespace
 
 Json verdict_view(const RunData& data) {
+  if (data.is_under_way()) {
+    return {{"absence", progress_sentence(data.progress)},
+            {"tiles", Json::array()},
+            {"sentences", Json::array()},
+            {"warnings", nullptr}};
+  }
   if (data.result.is_null()) {
-    return {{"absence", "This run has no result yet: result.json is absent."},
+    return {{"absence",
+             std::filesystem::exists(data.folder.result())
+                 ? "There is no verdict: result.json cannot be read."
+                 : "This run has no result yet: result.json is absent."},
             {"tiles", Json::array()},
             {"sentences", Json::array()},
             {"warnings", nullptr}};

@@ -3,6 +3,7 @@
 (() => {
   const root = document.documentElement;
   const narrow = window.matchMedia("(max-width: 600px)");
+  const paper_width = 900;  // px; of A4 between the margins and with the zoom of the style sheet
   const touch = window.matchMedia("(pointer: coarse)");
 
   // Replaces var(--name) anywhere in the figure by the style sheet's value.
@@ -39,6 +40,7 @@
         delete made[key].wrapticks;
       }
     }
+    if (root.classList.contains("printing")) made.width = paper_width;
     return coloured(made);
   }
 

@@ -84,9 +84,15 @@ class CalibrationRun : public testing::Test {
 
 TEST_F(CalibrationRun, LeavesWhatIsPromisedAndIsJudgedByIt) {
   // 1. The files
-  const ProgramOutcome outcome = run_program(calibrate("run"));
+  std::vector<std::string> arguments = calibrate("run");
+  arguments.push_back("--watch");
+  const ProgramOutcome outcome = run_program(arguments);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
+  for (const char* gone : {"progress.json", "tables/evaluations.unfinished.csv"})
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "run" / gone)) << gone;
+  EXPECT_EQ(content_of(folder_ / "run/report.html").find("http-equiv=\"refresh\""),
+            std::string::npos);
   for (const char* file : {"run.json",
                            "tracking.json",
                            "measured.json",
@@ -222,6 +228,28 @@ TEST_F(CalibrationRun, EndsSoonAfterCtrlCAndResumes) {
 }
 
 // One evaluation for a program that drives ours, and the journal that it leaves.
+constexpr const char* reload = "<meta http-equiv=\"refresh\"";
+
+TEST_F(CalibrationRun, ThePageFollowsTheRunWhileItIsWatched) {
+  const auto page = [&] { return content_of(folder_ / "run/report.html"); };
+  std::vector<std::string> arguments = calibrate("run");
+  arguments.push_back("--watch");
+  RunningProgram program(arguments);
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!std::filesystem::exists(folder_ / "run/report.html") &&
+         std::chrono::steady_clock::now() < give_up)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const std::string early = page();  // whole, as it is renamed into place
+  EXPECT_NE(early.find(reload), std::string::npos);
+  EXPECT_NE(early.find("This run is under way"), std::string::npos);
+  EXPECT_NE(early.find("</html>"), std::string::npos);
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait().status, 130);
+  EXPECT_EQ(page().find(reload), std::string::npos);
+  EXPECT_NE(page().find("This run has no result yet"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run/progress.json"));
+}
+
 TEST_F(CalibrationRun, EvaluationsAreRecordedAndTheirRecordCanBeLookedAfter) {
   const auto evaluate = [&](const std::string& friction, const std::string& out) {
     const auto parameters =

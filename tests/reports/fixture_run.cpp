@@ -148,7 +148,15 @@ Json run() {
       {"version", "0.1.0"},
       {"command", "graintruth calibrate fixture.toml --budget 112 --seed 7"},
       {"started_at", "2020-01-02T03:04:05Z"},
-      {"configuration", {{"search", {{"budget", 112}}}, {"seeds", 10}}},
+      {"configuration",
+       {{"search", {{"budget", 112}}},
+        {"seeds", 10},
+        {"particle",
+         {{"mass_kg", 0.142},
+          {"spheres",
+           {{{"offset_m", -0.013915}, {"radius_m", 0.022225}},
+            {{"offset_m", 0.013915}, {"radius_m", 0.022225}}}}}},
+        {"material", {{"elastic_modulus_pa", 6.89e9}, {"poisson_ratio", 0.35}}}}},
       {"seed", 7},
       {"jobs", 4},
       {"input_hashes", {{"fixture.toml", "0123456789abcdef"}, {"rep1.mp4", "fedcba9876543210"}}},
@@ -156,7 +164,10 @@ Json run() {
        {{{"name", "track"}, {"seconds", 41.2}},
         {{"name", "search"}, {"seconds", 598.0}},
         {{"name", "confirm"}, {"seconds", 114.8}}}},
-      {"rig", {{"walls", walls}, {"piston", {{"face_z_m", 0.0}, {"half_width_m", 0.0675}}}}}};
+      {"rig",
+       {{"walls", walls},
+        {"gravity_m_per_s2", 9.81},
+        {"piston", {{"face_z_m", 0.0}, {"half_width_m", 0.0675}}}}}};
 }
 
 Json tracking() {

@@ -1,0 +1,114 @@
+#include "app/exported_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "datasets/input_error.h"
+#include "reports/run_data.h"
+#include "sim/time_step.h"
+
+namespace graintruth::app {
+
+namespace {
+
+using reports::Json;
+
+// A number above zero at a path of keys.
+double positive(const std::filesystem::path& file,
+                const Json& json,
+                std::initializer_list<std::string_view> path) {
+  const double value = reports::number(json, path);
+  if (value > 0.0 && std::isfinite(value)) return value;
+  throw datasets::InputError(fmt::format(
+      "{}: {} is missing or not above zero; run the calibration again to have the file rewritten.",
+      file.string(),
+      fmt::join(path, ".")));
+}
+
+std::vector<sim::ElementSphere> read_spheres(const datasets::RunFolder& folder, const Json& run) {
+  std::vector<sim::ElementSphere> spheres;
+  for (const Json& sphere : reports::list(run, {"configuration", "particle", "spheres"})) {
+    const double offset = reports::number(sphere, {"offset_m"});
+    const double radius = reports::number(sphere, {"radius_m"});
+    if (!std::isfinite(offset) || !(radius > 0.0)) {
+      throw datasets::InputError(
+          fmt::format("{}: configuration.particle.spheres holds a sphere without offset_m or "
+                      "radius_m.",
+                      folder.run().string()));
+    }
+    spheres.push_back({sim::Vec3(offset, 0.0, 0.0), radius});
+  }
+  if (spheres.empty()) {
+    throw datasets::InputError(
+        fmt::format("{}: names no element spheres of the particle, so there is none to export; "
+                    "'--to csv' writes what tracks there are.",
+                    folder.run().string()));
+  }
+  return spheres;
+}
+
+double largest_radius(const sim::Clump& clump) {
+  double radius = 0.0;
+  for (const sim::ElementSphere& sphere : clump.spheres) radius = std::max(radius, sphere.radius);
+  return radius;
+}
+
+}  // namespace
+
+ExportedRun read_exported_run(const datasets::RunFolder& folder) {
+  const reports::RunData data = reports::read_run_data(folder);
+  if (!data.damage.empty())
+    throw datasets::InputError(fmt::format("{}: {}", folder.root.string(), data.damage.front()));
+  if (!data.result.is_object()) {
+    throw datasets::InputError(fmt::format(
+        "{}: is not there, so there are no parameters to export; let the calibration finish first.",
+        folder.result().string()));
+  }
+  ExportedRun run;
+  run.parameters = calibrate::load_parameters(folder.result(), {});
+  run.time_step = positive(folder.result(), data.result, {"time_step", "seconds"});
+  run.gravity = positive(folder.run(), data.run, {"rig", "gravity_m_per_s2"});
+  run.material.youngs_modulus =
+      positive(folder.run(), data.run, {"configuration", "material", "elastic_modulus_pa"});
+  run.material.poisson_ratio =
+      reports::number(data.run, {"configuration", "material", "poisson_ratio"});
+  const double mass = positive(folder.run(), data.run, {"configuration", "particle", "mass_kg"});
+  try {
+    sim::check(run.material);
+    sim::check(sim::Surfaces{.restitution = run.parameters.restitution});
+    run.particle = sim::make_clump(read_spheres(folder, data.run), {.mass = mass});
+  } catch (const std::invalid_argument& error) {
+    throw datasets::InputError(
+        fmt::format("{}: cannot be exported: {}.", folder.root.string(), error.what()));
+  }
+  return run;
+}
+
+Drop drop_of(const ExportedRun& run) {
+  constexpr double steps_per_contact = 200.0;
+  constexpr double durations = 10.0;
+  Drop drop;
+  const sim::Clump& clump = run.particle;
+  for (std::size_t i = 0; i < clump.spheres.size(); ++i) {
+    const double below = clump.spheres[i].radius - clump.spheres[i].centre.x();
+    if (below > drop.touch_height) {
+      drop.touch_height = below;
+      drop.sphere = i;
+    }
+  }
+  drop.speed = std::sqrt(2.0 * run.gravity * 0.1 * 2.0 * largest_radius(clump));
+  const double nu = run.material.poisson_ratio;
+  const double modulus = run.material.youngs_modulus / (1.0 - nu * nu);  // against a rigid wall
+  const double duration =
+      sim::hertz_impact(modulus, clump.spheres[drop.sphere].radius, clump.mass, drop.speed)
+          .duration;
+  drop.start_height = drop.touch_height + drop.speed * duration;
+  drop.time_step = std::min(run.time_step, duration / steps_per_contact);
+  drop.steps = std::lround(durations * duration / drop.time_step);
+  return drop;
+}
+
+}  // namespace graintruth::app

@@ -1,0 +1,38 @@
+// What other programs need of a run: its particle, the contact that was calibrated, and how to see
+// that they took it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibrate/parameters.h"
+#include "datasets/run_folder.h"
+#include "sim/clump.h"
+#include "sim/material.h"
+
+namespace graintruth::app {
+
+struct ExportedRun {
+  sim::Clump particle;  // long axis along x
+  sim::Material material;
+  calibrate::ParameterSet parameters;
+  double gravity = 0.0;    // m/s2
+  double time_step = 0.0;  // s, as calibrated
+};
+
+// From run.json and result.json. Throws datasets::InputError naming the file and what it lacks.
+ExportedRun read_exported_run(const datasets::RunFolder& folder);
+
+// A particle that stands upright and is thrown at a rigid floor without weight: it lands on one
+// sphere, right below its centre of mass.
+struct Drop {
+  double speed = 0.0;         // m/s; of a fall by a tenth of the largest sphere's diameter
+  double time_step = 0.0;     // s; 200 to a contact, and not above the calibrated one
+  double touch_height = 0.0;  // m; of the centre of mass when the sphere touches
+  double start_height = 0.0;  // m; one contact duration above that
+  long steps = 0;             // ten contact durations
+  std::size_t sphere = 0;     // which one lands
+};
+Drop drop_of(const ExportedRun& run);
+
+}  // namespace graintruth::app
