@@ -62,7 +62,7 @@ Json verdict_view(const RunData& data) {
           {"warnings", nullptr}};
 }
 
-// "0.271 ± 0.004 (5)"
+// "0.271 ± 0.004 (n = 5)"
 std::string simulated_text(const Json& row) {
   const double mean = number(row, {"simulated"});
   if (!std::isfinite(mean)) return "";
@@ -70,7 +70,7 @@ std::string simulated_text(const Json& row) {
   std::string text = significant(mean, 4);
   // Spreads that are rounding alone say nothing
   if (spread > 1e-6 * std::abs(mean)) text += " ± " + significant(spread, 2);
-  if (std::isfinite(spread)) text += fmt::format(" ({} seeds)", count(number(row, {"seeds"})));
+  if (std::isfinite(spread)) text += fmt::format(" (n = {})", count(number(row, {"seeds"})));
   return text;
 }
 
@@ -79,11 +79,12 @@ std::string number_text(const Json& row, std::string_view key, int digits) {
   return std::isfinite(value) ? significant(value, digits) : "";
 }
 
-std::string verdict_text(const Json& row) {
+// With the number of the erratum, where there is one.
+std::string note_text(const Json& row) {
   const double erratum = number(row, {"errata"});
-  std::string verdict = text(row, {"verdict"});
-  if (std::isfinite(erratum)) verdict += fmt::format(" (errata {})", count(erratum));
-  return verdict;
+  std::string note = text(row, {"note"});
+  if (!std::isfinite(erratum)) return note;
+  return note + fmt::format("{}(errata {})", note.empty() ? "" : " ", count(erratum));
 }
 
 std::string unit_text(const Json& row) {
@@ -117,8 +118,8 @@ TableView table_of_rows(const Json& target) {
                    number_text(row, "recomputed", 5),
                    simulated_text(row),
                    number_text(row, "tolerance", 2),
-                   verdict_text(row),
-                   text(row, {"note"})});
+                   text(row, {"verdict"}),
+                   note_text(row)});
   }
   return table;
 }
@@ -135,15 +136,12 @@ TableView table_of_verdict(const RunData& data, std::string_view verdict, std::s
   for (const Json& target : list(data.result, {"targets"})) {
     for (const Json& row : list(target, {"rows"})) {
       if (text(row, {"verdict"}) != verdict) continue;
-      const double erratum = number(row, {"errata"});
       const std::string ours = is_simulated ? simulated_text(row) : std::string();
-      table.add_row(
-          {text(target, {"name"}),
-           text(row, {"where"}),
-           printed_text(row),
-           ours.empty() ? number_text(row, "recomputed", 5) : ours,
-           text(row, {"note"}) +
-               (std::isfinite(erratum) ? fmt::format(" (errata {})", count(erratum)) : "")});
+      table.add_row({text(target, {"name"}),
+                     text(row, {"where"}),
+                     printed_text(row),
+                     ours.empty() ? number_text(row, "recomputed", 5) : ours,
+                     note_text(row)});
     }
   }
   return table;
@@ -201,7 +199,9 @@ Figure figure_of(const Json& curve) {
   }
   const auto scaled = [&](std::string_view title, std::string_view logarithmic) {
     const bool is_log = at(curve, {logarithmic}) == true;
-    return axis(text(curve, {title}), is_log ? Json{{"type", "log"}} : Json::object());
+    return axis(
+        text(curve, {title}),
+        is_log ? Json{{"type", "log"}, {"exponentformat", "power"}, {"dtick", 1}} : Json::object());
   };
   return {.id = text(curve, {"id"}),
           .caption = text(curve, {"caption"}),
@@ -281,7 +281,7 @@ Section method_section(const RunData& data) {
       "values, the tolerance is what that rounding can do. What does not follow must be in the "
       "table of errata with the very digits printed and the correct ones; everything else is a "
       "FAIL. Simulations are ours; seeds change what the thesis leaves open, such as the place of "
-      "a start within one time step.");
+      "a start within one time step: mean ± standard deviation over n seeds.");
   section.add_heading("Provenance");
   section.add_code(text(data.run, {"command"}));
   section.add_paragraph(fmt::format(
