@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <thread>
 
 #include "app/commands.h"
@@ -77,8 +78,14 @@ TargetResult examine(const Target& target,
                      Studies& studies,
                      bool simulates) {
   Examination exam(target.name, target.what, thesis);
-  if (target.from_printed != nullptr) target.from_printed(exam, thesis);
-  if (simulates && target.simulated != nullptr) target.simulated(exam, thesis, studies);
+  try {
+    if (target.from_printed != nullptr) target.from_printed(exam, thesis);
+    if (simulates && target.simulated != nullptr) target.simulated(exam, thesis, studies);
+  } catch (const std::invalid_argument& error) {
+    // What the simulator says of a scene made from changed data
+    throw datasets::InputError(
+        fmt::format("{}: cannot be made from datasets/thesis: {}", target.name, error.what()));
+  }
   return exam.finish();
 }
 

@@ -28,7 +28,7 @@ DeckSpheres spheres_of(const ThesisData& thesis, const std::string& deck) {
     if (table.text(row, "deck") != deck) continue;
     const std::string& place = table.text(row, "axial_coordinate_cm_sign_inferred");
     spheres.radius.push_back(table.number(row, "radius_cm"));
-    spheres.place.push_back(std::stod(place));
+    spheres.place.push_back(Printed{place.substr(place.starts_with('+') ? 1 : 0)}.value());
   }
   return spheres;
 }

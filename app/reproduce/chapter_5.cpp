@@ -50,7 +50,8 @@ void examine_table_5_1(Examination& exam, const ThesisData& thesis) {
     const Printed printed = thesis.cell(parameters, row, "value", table.text(row, "unit"));
     const std::string spheres = "element_spheres_AR";
     if (parameter.starts_with(spheres)) {
-      exam.compare(parameter, printed, particles * std::stod(parameter.substr(spheres.size())));
+      exam.compare(
+          parameter, printed, particles * Printed{parameter.substr(spheres.size())}.value());
     } else if (parameter == "time_step") {
       // Eq 1.28 without the pi (errata 1), of the smallest spheres: those of aspect ratio 4
       const datasets::Table& radii = thesis.table("eq_5_1_element_radius");

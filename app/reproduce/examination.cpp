@@ -75,6 +75,8 @@ Row& Examination::add(const std::string& where, const Printed& printed, const st
                           .unit = printed.unit,
                           .note = note,
                           .source = printed.source});
+  if (printed.source.starts_with("derived"))
+    append(result_.rows.back().note, "not printed: derived from what is");
   return result_.rows.back();
 }
 

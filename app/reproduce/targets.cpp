@@ -81,6 +81,7 @@ constexpr std::array targets = {
            nothing,
            true},
     Target{"fig-4.18", "kinematic constant B", examine_kinematic, nothing, true},
+    Target{"study-macro", "200 buttons through five orifices", nothing, simulate_macro, false},
     Target{"eq-5.1", "particles of equal volume", examine_eq_5_1, nothing, true},
     Target{"table-5.1", "parameters of the shape study", examine_table_5_1, nothing, true},
     Target{"table-5.2",

@@ -58,6 +58,7 @@ void examine_beverloo_lines(Examination& exam, const ThesisData& thesis);
 void examine_table_4_6(Examination& exam, const ThesisData& thesis);
 void examine_table_4_7(Examination& exam, const ThesisData& thesis);
 void examine_kinematic(Examination& exam, const ThesisData& thesis);
+void simulate_macro(Examination& exam, const ThesisData& thesis, Studies& studies);
 
 // Chapter 5
 void examine_eq_5_1(Examination& exam, const ThesisData& thesis);

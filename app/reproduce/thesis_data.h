@@ -16,8 +16,8 @@ namespace graintruth::app {
 // A number as the thesis prints it.
 struct Printed {
   std::string text;  // its digits
-  std::string unit;
-  std::string source;
+  std::string unit = {};
+  std::string source = {};
   int decimals =
       -1;  // of its column, where some cells lack their last zeros; -1: those of the text
 
