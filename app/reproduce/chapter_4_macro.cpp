@@ -256,7 +256,7 @@ void examine_beverloo_lines(Examination& exam, const ThesisData& thesis) {
     const calibrate::LeastSquaresFit fit =
         calibrate::fit_beverloo(BeverlooLaw::slot, rates, gravity);
     exam.add_note(fmt::format(
-        "{}: C and k fitted together, without the d of eq 4.5: C = {:.3f} +- {:.3f}, k = {:.3f} +- "
+        "{}: C and k fitted together, without the d of eq 4.5: C = {:.3f} ± {:.3f}, k = {:.3f} ± "
         "{:.3f} (95 %), correlation {:.2f}.",
         name == experiment ? "Experiment" : "Simulation",
         fit.parameters[0],

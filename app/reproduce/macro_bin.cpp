@@ -198,7 +198,7 @@ std::string fit_sentence(const ThesisData& thesis,
   const auto fit = calibrate::fit_beverloo(calibrate::BeverlooLaw::slot, rates, 9.81);
   const auto line = calibrate::fit_beverloo_line(calibrate::BeverlooLaw::slot, rates);
   return fmt::format(
-      "{}: C and k fitted together to our rates: C = {:.3f} +- {:.3f}, k = {:.2f} +- {:.2f} (95 "
+      "{}: C and k fitted together to our rates: C = {:.3f} ± {:.3f}, k = {:.2f} ± {:.2f} (95 "
       "%); "
       "k of the straight line {:.2f}.",
       filling,

@@ -186,7 +186,7 @@ void simulate_pseudo_friction(Examination& exam, const ThesisData& thesis, Studi
                         tolerance,
                         agrees(found),
                         agrees(in_thesis_manner),
-                        fmt::format("damped as in the thesis {:.3f} +- {:.3f}",
+                        fmt::format("damped as in the thesis {:.3f} ± {:.3f}",
                                     in_thesis_manner.mean,
                                     in_thesis_manner.spread));
     printed.x.push_back(densities[row]);
