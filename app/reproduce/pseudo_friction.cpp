@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/reproduce/button.h"
 #include "app/reproduce/lone_row.h"

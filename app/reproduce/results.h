@@ -1,7 +1,7 @@
 // What reproduce leaves: a CSV table a target, result.json, and lines on the terminal.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 

@@ -1,6 +1,7 @@
 #include "app/reproduce/studies.h"
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 
 #include "app/interrupt.h"
 #include "calibrate/ensemble.h"
