@@ -47,7 +47,7 @@ int run_validate(const ValidateCommand& command);
 
 struct ReproduceCommand {
   CommonOptions common;
-  std::vector<std::string> targets;  // empty: all
+  std::vector<std::string> targets;  // empty: all-quick
   bool list = false;
 };
 int run_reproduce(const ReproduceCommand& command);

@@ -357,13 +357,19 @@ int main(int argc, char** argv) {
   add_common_options(validate_verb, validate.common);
   validate_verb.callback([&] { status = run_validate(validate); });
 
-  CLI::App& reproduce_verb = add_verb(program,
-                                      "reproduce",
-                                      "Thesis statistics: printed, recomputed, verdict",
-                                      "reproduce table-4.2");
-  reproduce_verb.add_option("targets", reproduce.targets, "Names from --list (default: all)")
+  CLI::App& reproduce_verb =
+      add_verb(program,
+               "reproduce",
+               "The thesis number by number: printed, recomputed, simulated again, verdict",
+               "reproduce table-4.2 fig-3.5-text --out out/reproduce");
+  reproduce_verb
+      .add_option("targets",
+                  reproduce.targets,
+                  "Names from --list, or printed, all-quick, all (default: all-quick)")
       ->type_name("TARGET");
   reproduce_verb.add_flag("--list", reproduce.list, "Name the targets");
+  add_common_options(reproduce_verb, reproduce.common);
+  reproduce_verb.get_option("--out")->description("Run folder (default: out/reproduce)");
   reproduce_verb.callback([&] { status = run_reproduce(reproduce); });
 
   CLI::App& report_verb = add_verb(
@@ -403,8 +409,12 @@ int main(int argc, char** argv) {
       ->group("");
 
   const std::string command_line = joined(argc, argv);
-  for (app::CommonOptions* options :
-       {&calibrate.common, &track.common, &validate.common, &evaluate.common, &simulate.common}) {
+  for (app::CommonOptions* options : {&calibrate.common,
+                                      &track.common,
+                                      &validate.common,
+                                      &evaluate.common,
+                                      &simulate.common,
+                                      &reproduce.common}) {
     options->command_line = command_line;
   }
   try {

@@ -1,120 +1,164 @@
-// graintruth reproduce: the thesis's statistics, printed beside recomputed.
+// graintruth reproduce: the thesis, number by number: printed, recomputed from its printed data,
+// simulated again, and a verdict.
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
 
 #include "app/commands.h"
 #include "app/data_folder.h"
-#include "calibrate/agreement.h"
+#include "app/interrupt.h"
+#include "app/made_folders.h"
+#include "app/reproduce/results.h"
+#include "app/reproduce/targets.h"
+#include "app/run_record.h"
 #include "datasets/input_error.h"
-#include "datasets/table.h"
+#include "datasets/run_folder.h"
+#include "reports/report.h"
 
 namespace graintruth::app {
 
 namespace {
 
-// Table 4.2 (section 4.2.3): the agreement of each particle from its frames at rank 0 to 3.
-bool reproduce_table_4_2() {
-  const datasets::Table table =
-      datasets::read_csv(data_folder() / "thesis" / "table_4_2_agreement.csv");
-  int points = 0;
-  int printed_points = 0;
-  int frames = 0;
-  int misprints = 0;
-  fmt::print(
-      "table-4.2: degree of agreement between simulation and experiment (thesis section 4.2.3)\n");
-  fmt::print("{:>8} {:>6} {:>6} {:>6} {:>6} {:>16} {:>18}  {}\n",
-             "particle",
-             "rank 0",
-             "rank 1",
-             "rank 2",
-             "rank 3",
-             "points (printed)",
-             "percent (printed)",
-             "verdict");
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    std::array<int, 4> ranks = {};
-    for (int rank = 0; rank < 4; ++rank) {
-      ranks[static_cast<std::size_t>(rank)] =
-          table.integer(row, fmt::format("frames_rank{}", rank));
-      frames += ranks[static_cast<std::size_t>(rank)];
-    }
-    const calibrate::ParticleAgreement scored =
-        calibrate::score_ranks(table.integer(row, "particle_no"), ranks);
-    const int printed = table.integer(row, "weighted_points_printed");
-    const double printed_percent = table.number(row, "agreement_printed_percent");
-    const bool agrees =
-        printed == scored.points && std::abs(printed_percent - scored.percent) < 0.05 + 1e-9;
-    misprints += agrees ? 0 : 1;
-    points += scored.points;
-    printed_points += printed;
-    fmt::print(
-        "{:>8} {:>6} {:>6} {:>6} {:>6} {:>7} {:>8} {:>9.2f} {:>8.1f}  {}\n",
-        scored.particle,
-        ranks[0],
-        ranks[1],
-        ranks[2],
-        ranks[3],
-        scored.points,
-        fmt::format("({})", printed),
-        scored.percent,
-        printed_percent,
-        agrees ? "reproduced" : "misprint in the thesis: its own ranks give the recomputed value");
-  }
-  const int tests = 3 * frames;
-  fmt::print(
-      "all      {}/{} = {:.2f} %; the thesis prints 82.13 %, which is {}/{}: its misprint in "
-      "particle 9's row\n",
-      points,
-      tests,
-      100.0 * points / tests,
-      printed_points,
-      tests);
-  fmt::print(
-      "ceiling  {:.1f} % for a model equal to the true mean, {:.1f} % for a sixth replicate (n = "
-      "5, 1.96); "
-      "{:.1f} and {:.1f} % with Student's t\n",
-      calibrate::ceiling_percent(5, 0, calibrate::Critical::thesis_196),
-      calibrate::ceiling_percent(5, 1, calibrate::Critical::thesis_196),
-      calibrate::ceiling_percent(5, 0, calibrate::Critical::student_t),
-      calibrate::ceiling_percent(5, 1, calibrate::Critical::student_t));
-  return points == 615 && tests == 750 && printed_points == 616 && misprints == 1;
-}
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::ordered_json;
 
-struct Target {
+struct Group {
   const char* name;
   const char* what;
-  bool (*reproduce)();
+};
+constexpr Group printed_group{"printed", "all tables, from their printed data alone"};
+constexpr Group quick_group{"all-quick", "the same, and what is simulated in minutes (default)"};
+constexpr Group whole_group{"all", "everything"};
+
+struct Choice {
+  std::vector<const Target*> targets;  // in the thesis's order
+  bool simulates = true;
 };
 
-constexpr std::array targets = {
-    Target{"table-4.2",
-           "agreement of the micro-scale experiment, 82.00 % (printed 82.13 %)",
-           reproduce_table_4_2}};
+void list_targets() {
+  for (const Target& target : all_targets()) fmt::print("{:13} {}\n", target.name, target.what);
+  for (const Group& group : {printed_group, quick_group, whole_group})
+    fmt::print("{:13} {}\n", group.name, group.what);
+}
 
-const Target& target_named(const std::string& name) {
-  for (const Target& target : targets) {
-    if (name == target.name) return target;
+Choice chosen_targets(const std::vector<std::string>& names) {
+  const auto targets = all_targets();
+  for (const std::string& name : names) {
+    const bool is_known =
+        name == printed_group.name || name == quick_group.name || name == whole_group.name ||
+        std::any_of(
+            targets.begin(), targets.end(), [&](const Target& t) { return t.name == name; });
+    if (!is_known) {
+      throw datasets::InputError(
+          fmt::format("There is no target '{}'; 'graintruth reproduce --list' names them.", name));
+    }
   }
-  throw datasets::InputError(
-      fmt::format("There is no target '{}'; 'graintruth reproduce --list' names them.", name));
+  const auto asked = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  Choice choice;
+  const bool whole = asked(whole_group.name);
+  const bool quick = names.empty() || asked(quick_group.name);
+  const bool printed = asked(printed_group.name);
+  choice.simulates = !(printed && names.size() == 1);
+  for (const Target& target : targets) {
+    if (whole || (quick && target.is_quick) || (printed && target.from_printed != nullptr) ||
+        asked(target.name))
+      choice.targets.push_back(&target);
+  }
+  return choice;
+}
+
+TargetResult examine(const Target& target,
+                     const ThesisData& thesis,
+                     Studies& studies,
+                     bool simulates) {
+  Examination exam(target.name, target.what, thesis);
+  try {
+    if (target.from_printed != nullptr) target.from_printed(exam, thesis);
+    if (simulates && target.simulated != nullptr) target.simulated(exam, thesis, studies);
+  } catch (const std::invalid_argument& error) {
+    // What the simulator says of a scene made from changed data
+    throw datasets::InputError(
+        fmt::format("{}: cannot be made from datasets/thesis: {}", target.name, error.what()));
+  }
+  return exam.finish();
+}
+
+Json run_record(const ReproduceCommand& command,
+                const std::filesystem::path& data,
+                const std::string& started_at,
+                double seconds) {
+  Json hashes = Json::object();
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(data)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const auto& file : files) hashes[file.filename().string()] = datasets::file_hash(file);
+  return {{"version", GRAINTRUTH_VERSION},
+          {"verb", "reproduce"},
+          {"command", command.common.command_line},
+          {"started_at", started_at},
+          {"seed", command.common.seed},
+          {"targets", command.targets},
+          {"input_hashes", hashes},
+          {"stages", Json::array({{{"name", "reproducing"}, {"seconds", seconds}}})}};
 }
 
 }  // namespace
 
 int run_reproduce(const ReproduceCommand& command) {
   if (command.list) {
-    for (const Target& target : targets) fmt::print("{:12} {}\n", target.name, target.what);
+    list_targets();
     return 0;
   }
-  std::vector<const Target*> chosen;
-  for (const std::string& name : command.targets) chosen.push_back(&target_named(name));
-  if (chosen.empty()) {
-    for (const Target& target : targets) chosen.push_back(&target);
+  // 1. What is asked, and where it goes
+  const Choice choice = chosen_targets(command.targets);
+  const Clock::time_point start = Clock::now();
+  const std::string started_at = utc_now();
+  const std::filesystem::path data = data_folder() / "thesis";
+  const ThesisData thesis(data);
+  const std::vector<Erratum> errata = thesis.errata();
+  const std::filesystem::path root =
+      command.common.out.empty() ? std::filesystem::path("out") / "reproduce" : command.common.out;
+  const MadeFolders made(root);
+  const datasets::RunFolder folder = datasets::open_run_folder(root);
+  catch_interrupts();
+
+  // 2. Target by target
+  const int jobs = command.common.jobs > 0
+                       ? command.common.jobs
+                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  ProgressLine progress(command.common.quiet);
+  Studies studies(folder.root, command.common.seed, jobs, progress);
+  std::vector<TargetResult> results;
+  for (const Target* target : choice.targets) {
+    progress.show("reproduce",
+                  static_cast<double>(results.size()) / static_cast<double>(choice.targets.size()),
+                  target->name);
+    results.push_back(examine(*target, thesis, studies, choice.simulates));
   }
-  bool all = true;
-  for (const Target* target : chosen) all = target->reproduce() && all;
-  return all ? 0 : 1;
+
+  // 3. What it leaves
+  for (const TargetResult& result : results) write_target_table(folder, result);
+  const Json result = reproduction_result(results, errata);
+  datasets::write_whole(folder.result(), result.dump(2) + "\n");
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  datasets::write_whole(folder.run(),
+                        run_record(command, data, started_at, seconds).dump(2) + "\n");
+  reports::write_report(folder);
+
+  // 4. What to tell
+  if (command.common.json) {
+    fmt::print("{}\n", result.dump(2));
+  } else {
+    for (const TargetResult& one : results) fmt::print("{}", target_text(one));
+    fmt::print("{}\n", folder.report().string());
+  }
+  return std::any_of(results.begin(), results.end(), has_failed) ? 1 : 0;
 }
 
 }  // namespace graintruth::app

@@ -25,21 +25,6 @@ double time_of(const SceneRun& run, const SceneFrame& frame) {
   return frame.state.time - run.event_time;
 }
 
-// The columns of product.md; a particle that has not rained in yet is unseen.
-void write_planar_tracks(const std::filesystem::path& path, const SceneRun& run) {
-  datasets::Trajectories tracks = datasets::make_trajectories(
-      run.frames.size(), static_cast<int>(run.scene.bodies.size()), false);
-  for (std::size_t f = 0; f < run.frames.size(); ++f) {
-    const sim::State& state = run.frames[f].state;
-    tracks.time[f] = time_of(run, run.frames[f]);
-    for (std::size_t i = 0; i < state.position.size(); ++i) {
-      tracks.poses[tracks.index(f, i)] = {
-          state.position[i].x(), state.position[i].z(), state.picture_angle[i]};
-    }
-  }
-  datasets::write_tracks(path, tracks);
-}
-
 void write_spatial_tracks(const std::filesystem::path& path, const SceneRun& run) {
   std::string text =
       "frame,time_s,particle,x_m,y_m,z_m,quaternion_w,quaternion_x,quaternion_y,quaternion_z,"
@@ -234,12 +219,26 @@ Json walls_json(const datasets::SceneFile& file) {
 
 }  // namespace
 
+datasets::Trajectories planar_tracks(const SceneRun& run) {
+  datasets::Trajectories tracks = datasets::make_trajectories(
+      run.frames.size(), static_cast<int>(run.scene.bodies.size()), false);
+  for (std::size_t f = 0; f < run.frames.size(); ++f) {
+    const sim::State& state = run.frames[f].state;
+    tracks.time[f] = time_of(run, run.frames[f]);
+    for (std::size_t i = 0; i < state.position.size(); ++i) {
+      tracks.poses[tracks.index(f, i)] = {
+          state.position[i].x(), state.position[i].z(), state.picture_angle[i]};
+    }
+  }
+  return tracks;
+}
+
 void write_scene_tables(const datasets::RunFolder& folder,
                         const datasets::SceneFile& file,
                         const SceneRun& run) {
   if (!run.frames.empty()) {
     if (file.is_planar) {
-      write_planar_tracks(folder.tracks("simulation"), run);
+      datasets::write_tracks(folder.tracks("simulation"), planar_tracks(run));
     } else {
       write_spatial_tracks(folder.tracks("simulation"), run);
     }

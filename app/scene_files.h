@@ -5,8 +5,12 @@
 
 #include "app/scene_run.h"
 #include "datasets/run_folder.h"
+#include "datasets/trajectories.h"
 
 namespace graintruth::app {
+
+// Of a planar scene, times counted from the event; a particle that has not rained in yet is unseen.
+datasets::Trajectories planar_tracks(const SceneRun& run);
 
 // tracks/simulation.csv and tables/*.csv.
 void write_scene_tables(const datasets::RunFolder& folder,

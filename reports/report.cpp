@@ -3,6 +3,7 @@
 #include "datasets/input_error.h"
 #include "reports/assets.h"
 #include "reports/page.h"
+#include "reports/reproduction.h"
 #include "reports/run_data.h"
 #include "reports/sections.h"
 
@@ -99,6 +100,7 @@ std::string note_of(const RunData& data) {
 std::string build_report(const datasets::RunFolder& folder) {
   // 1. What the run left behind
   const RunData data = read_run_data(folder);
+  if (is_reproduction(data)) return build_reproduction_page(data);
 
   // 2. The sections, each from the data alone
   Json sections = Json::array();

@@ -1,0 +1,180 @@
+// The verb reproduce: every verdict from the printed data, and what one changed digit does to it.
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/app/laboratory.h"
+#include "tests/support/read_rows.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace graintruth::tests {
+namespace {
+
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+const fs::path source = GRAINTRUTH_SOURCE_DIR;
+
+// The program on a copy of the data, of which tests change cells.
+class Reproduce : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder_ / "data");
+    fs::copy(source / "datasets/thesis", folder_ / "data/thesis");
+    setenv("GRAINTRUTH_DATA", (folder_ / "data").c_str(), 1);
+  }
+  void TearDown() override { unsetenv("GRAINTRUTH_DATA"); }
+
+  // Replaces what must stand exactly once in a table.
+  void change(const std::string& table, const std::string& what, const std::string& by) {
+    const fs::path file = folder_ / "data/thesis" / (table + ".csv");
+    std::string content = content_of(file);
+    const auto place = content.find(what);
+    ASSERT_NE(place, std::string::npos) << what;
+    ASSERT_EQ(content.find(what, place + 1), std::string::npos) << what;
+    content.replace(place, what.size(), by);
+    std::ofstream(file, std::ios::binary) << content;
+  }
+
+  ProgramOutcome reproduce(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "reproduce");
+    for (const std::string option : {"--quiet", "--json", "--out"}) arguments.push_back(option);
+    arguments.push_back((folder_ / "run").string());
+    return run_program(arguments);
+  }
+
+  // Verdict of a row; "" where there is none.
+  static std::string verdict(const ProgramOutcome& outcome, const std::string& where) {
+    const Json result = Json::parse(outcome.out);
+    for (const Json& target : result.at("targets")) {
+      for (const Json& row : target.at("rows")) {
+        if (row.at("where") == where) return row.at("verdict");
+      }
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Reproduce, EverythingPrintedHasAVerdictAndNoneFails) {
+  const ProgramOutcome outcome = reproduce({"printed"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Json result = Json::parse(outcome.out);
+  const std::set<std::string> words = {"reproduced", "misprint", "input", "not confirmed"};
+  std::set<std::string> seen;
+  for (const Json& target : result.at("targets")) {
+    const std::string name = target.at("name");
+    EXPECT_FALSE(target.at("rows").empty()) << name;
+    EXPECT_EQ(read_rows(folder_ / ("run/tables/" + name + ".csv")).size(), target["rows"].size());
+    for (const Json& row : target.at("rows")) {
+      EXPECT_TRUE(words.contains(row.at("verdict"))) << name << ": " << row;
+      if (row.at("verdict") == "misprint") {
+        EXPECT_TRUE(row.at("errata").is_number()) << row;
+      }
+    }
+    seen.insert(name);
+  }
+  for (const char* table : {"table-1.1",
+                            "table-3.1",
+                            "table-3.2",
+                            "table-3.3",
+                            "table-3.4",
+                            "table-3.5",
+                            "table-3.6",
+                            "table-4.1",
+                            "table-4.2",
+                            "table-4.3",
+                            "table-4.4",
+                            "table-4.5",
+                            "table-4.6",
+                            "table-4.7",
+                            "table-5.1",
+                            "table-5.2"})
+    EXPECT_TRUE(seen.contains(table)) << table;
+  EXPECT_EQ(verdict(outcome, "mean agreement"), "misprint");
+  EXPECT_EQ(verdict(outcome, "experiment: kd"), "reproduced");
+  EXPECT_EQ(verdict(outcome, "k from 7.5 cm on: both pooled"), "misprint");
+  EXPECT_EQ(verdict(outcome, "P value"), "reproduced");
+  EXPECT_EQ(verdict(outcome, "D = 7.5 cm: experiment, mean speed"), "not confirmed");
+  EXPECT_NE(content_of(folder_ / "run/report.html").find("Reproduction report"), std::string::npos);
+}
+
+// A rank of Table 4.2: its row follows no more, nor does the average.
+TEST_F(Reproduce, AChangedRankFails) {
+  change("table_4_2_agreement", "5,0,1,4,20,69", "5,0,2,3,20,69");
+  const ProgramOutcome outcome = reproduce({"table-4.2"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(verdict(outcome, "particle 5: points"), "FAIL");
+  EXPECT_EQ(verdict(outcome, "particle 4: points"), "reproduced");
+}
+
+// A printed digit that was a listed misprint: the errata are about other digits.
+TEST_F(Reproduce, AChangedMisprintFails) {
+  change("table_4_2_summary", "mean_agreement,82.13", "mean_agreement,82.23");
+  const ProgramOutcome outcome = reproduce({"table-4.2"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(verdict(outcome, "mean agreement"), "FAIL");
+  EXPECT_EQ(verdict(outcome, "mean points"), "misprint");
+}
+
+// A misprint put right in the data, but not in the errata.
+TEST_F(Reproduce, AnErratumAboutRightDigitsFails) {
+  change("table_4_2_agreement", "9,0,1,11,13,63,84", "9,0,1,11,13,62,82.7");
+  const ProgramOutcome outcome = reproduce({"table-4.2"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(verdict(outcome, "particle 9: points"), "FAIL");
+}
+
+// A flow rate: C of its row, and the straight line through all.
+TEST_F(Reproduce, AChangedRateFails) {
+  change("table_4_4_beverloo_experiment", "5,52.91,", "5,57.91,");
+  const ProgramOutcome outcome = reproduce({"table-4.4", "fig-4.17"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(verdict(outcome, "D = 5 cm: C"), "FAIL");
+  EXPECT_EQ(verdict(outcome, "experiment: kd"), "FAIL");
+  EXPECT_EQ(verdict(outcome, "D = 6.5 cm: C"), "reproduced");
+}
+
+// Studies are read back: the second run is the first, digit by digit.
+TEST_F(Reproduce, SimulatesOnceAndRebuildsFromWhatIsStored) {
+  const ProgramOutcome first = reproduce({"eq-3.7"});
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_EQ(verdict(first, "velocity is kept"), "confirmed");
+  const fs::path study = folder_ / "run/studies/eq-3.7.json";
+  const auto written = fs::last_write_time(study);
+  const ProgramOutcome second = reproduce({"eq-3.7"});
+  EXPECT_EQ(second.out, first.out);
+  EXPECT_EQ(fs::last_write_time(study), written);
+  // Other inputs are simulated anew
+  change("resimulation", "impulse,time,0.05", "impulse,time,0.04");
+  EXPECT_EQ(reproduce({"eq-3.7"}).status, 0);
+  EXPECT_NE(fs::last_write_time(study), written);
+}
+
+TEST_F(Reproduce, NeedsItsData) {
+  fs::remove(folder_ / "data/thesis/errata.csv");
+  const ProgramOutcome outcome = reproduce({"table-4.2"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_NE(outcome.err.find("errata.csv"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "run"));
+}
+
+// The bundled tables are those that were read from the thesis.
+TEST(ThesisTables, AreUntouched) {
+  const fs::path original = source / "../shared/thesis/tables";
+  if (!fs::exists(original)) GTEST_SKIP() << "the thesis is not beside the source folder";
+  int compared = 0;
+  for (const auto& entry : fs::directory_iterator(original)) {
+    if (entry.path().extension() != ".csv") continue;
+    EXPECT_EQ(content_of(source / "datasets/thesis" / entry.path().filename()),
+              content_of(entry.path()))
+        << entry.path().filename();
+    ++compared;
+  }
+  EXPECT_GT(compared, 30);
+}
+
+}  // namespace
+}  // namespace graintruth::tests
