@@ -1,15 +1,9 @@
 #include "calibrate/bin_simulator.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <cmath>
-#include <limits>
 
 #include "calibrate/dem_rig.h"
-#include "sim/relaxation.h"
 
 namespace graintruth::calibrate {
 
@@ -31,17 +25,6 @@ sim::Scene closed_bin(const BinStart& start, const ParameterSet& parameters, dou
   const double half = 0.5 * start.rig.orifice;
   scene.add_wall(sim::segment_wall({-half, 0.0}, {half, 0.0}, {}, wall_material));
   return scene;
-}
-
-void place_bed(const BinStart& start, std::uint64_t seed, sim::Scene& scene) {
-  boost::random::mt19937_64 generator(seed);
-  boost::random::normal_distribution<double> normal;
-  const datasets::Pose& error = start.standard_deviation;
-  for (const datasets::Pose& pose : start.bed) {
-    const double x = pose.x + error.x * normal(generator);
-    const double z = pose.z + error.z * normal(generator);
-    scene.add_planar_body(0, {x, z}, pose.angle + error.angle * normal(generator));
-  }
 }
 
 // The bodies that are still in the simulation, each with the particle that it is.
@@ -86,39 +69,21 @@ class Filmed {
 SimulatedRun simulate(const BinStart& start,
                       const DemSimulatorOptions& options,
                       const SimulationRequest& request) {
-  const double started = thread_seconds();
   SimulatedRun run;
-  const auto ended_well = [&](const sim::RunSummary& summary) {
-    if (options.stop && options.stop()) throw Interrupted();
-    run.status = status_of(summary.status);
-    run.message = summary.message;
-    if (summary.time_step > 0.0) run.time_step = summary.time_step;
-    run.seconds = thread_seconds() - started;
-    return run.status == RunStatus::completed;
-  };
-  sim::Sampling sampling;
-  sampling.should_stop = [&] {
-    return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
-  };
+  RunGuard guard(options, run);
+  const sim::Sampling sampling = guard.sampling();
 
   // 1. The filmed bed, without overlap
   const ParameterSet& parameters = request.parameters;
   sim::Scene scene =
       closed_bin(start, parameters, std::min(settling_restitution, parameters.restitution));
-  place_bed(start, request.seed, scene);
-  const sim::RelaxationSummary relaxed = sim::relax_overlaps(scene);
-  if (!relaxed.converged) {
-    run.status = RunStatus::unstable;
-    run.message = fmt::format("the filmed bed cannot be freed of overlap ({:.2g} m is left)",
-                              relaxed.overlap_after);
-    return run;
-  }
+  if (!place_bodies(start.bed, start.standard_deviation, request.seed, scene, run)) return run;
 
   // 2. Rest on the closed orifice
   sim::SimulationOptions choices;
   choices.time_step = {.fraction = request.time_step_fraction, .impact_speed = start.impact_speed};
   sim::Simulation simulation(scene, choices);
-  if (!ended_well(simulation.run_until(settling_time, sampling))) return run;
+  if (!guard.ended_well(simulation.run_until(settling_time, sampling))) return run;
   use_parameters(parameters, simulation);
   simulation.open_wall(static_cast<int>(scene.walls.size()) - 1, settling_time);
 
@@ -130,7 +95,8 @@ SimulatedRun simulate(const BinStart& start,
     times.push_back(static_cast<double>(frame) * start.frame_interval);
   Filmed filmed(start, times);
   for (std::size_t frame = 0; frame < frames; ++frame) {
-    if (frame > 0 && !ended_well(simulation.run_until(settling_time + times[frame], sampling)))
+    if (frame > 0 &&
+        !guard.ended_well(simulation.run_until(settling_time + times[frame], sampling)))
       return run;
     if (!filmed.record(frame, simulation)) break;
   }

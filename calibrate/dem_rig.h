@@ -2,8 +2,10 @@
 // adapters to the embedded simulator (dem_simulator, bin_simulator) and it; nobody else needs it.
 #pragma once
 
-#include "calibrate/simulator.h"
-#include "datasets/experiment.h"
+#include <cstdint>
+#include <span>
+
+#include "calibrate/dem_simulator.h"
 #include "sim/simulation.h"
 
 namespace graintruth::calibrate {
@@ -25,9 +27,29 @@ sim::Scene empty_scene(const datasets::Experiment& experiment,
 
 void use_parameters(const ParameterSet& parameters, sim::Simulation& simulation);
 
-// Processor time of this thread, s.
-double thread_seconds();
+// Bodies of type 0 at these poses plus a draw of their spread, moved apart where they overlap.
+// False, with the reason in the run, where they cannot be.
+bool place_bodies(std::span<const datasets::Pose> poses,
+                  const datasets::Pose& standard_deviation,
+                  std::uint64_t seed,
+                  sim::Scene& scene,
+                  SimulatedRun& run);
 
-RunStatus status_of(sim::RunStatus status);
+// Ends a run in time, and writes down how it ended.
+class RunGuard {
+ public:
+  // Both must outlive it.
+  RunGuard(const DemSimulatorOptions& options, SimulatedRun& run);
+
+  // Asks between steps whether the user or the clock wants an end.
+  sim::Sampling sampling() const;
+  // Whether the run may go on. Throws Interrupted when the user wants to stop.
+  bool ended_well(const sim::RunSummary& summary);
+
+ private:
+  const DemSimulatorOptions& options_;
+  SimulatedRun& run_;
+  double started_;  // s, of this thread's processor time
+};
 
 }  // namespace graintruth::calibrate

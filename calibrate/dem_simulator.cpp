@@ -1,14 +1,9 @@
 #include "calibrate/dem_simulator.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <cmath>
 
 #include "calibrate/dem_rig.h"
-#include "sim/relaxation.h"
 
 namespace graintruth::calibrate {
 
@@ -35,19 +30,6 @@ sim::Scene empty_rig(const datasets::Experiment& experiment,
   return scene;
 }
 
-// The mean first poses plus a draw of their spread.
-void place_particles(const StartPoses& starts, std::uint64_t seed, sim::Scene& scene) {
-  boost::random::mt19937_64 generator(seed);
-  boost::random::normal_distribution<double> normal;
-  const datasets::Pose& spread = starts.standard_deviation;
-  for (const datasets::Pose& mean : starts.mean) {
-    const double x = mean.x + spread.x * normal(generator);
-    const double z = mean.z + spread.z * normal(generator);
-    const double angle = mean.angle + spread.angle * normal(generator);
-    scene.add_planar_body(0, {x, z}, angle);
-  }
-}
-
 // The fastest collision that must be resolved: a fall by a tenth of the largest ball's diameter,
 // which particles that follow a slow piston rarely exceed; the time-step gate checks what that
 // leaves out.
@@ -69,43 +51,25 @@ SimulatedRun simulate(const datasets::Experiment& experiment,
                       const StartPoses& starts,
                       const DemSimulatorOptions& options,
                       const SimulationRequest& request) {
-  const double started = thread_seconds();
   const std::vector<double> times =
       measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
   SimulatedRun run;
   run.trajectories = datasets::make_trajectories(times.size(), experiment.particle.count, false);
   run.trajectories.time = times;
-  const auto ended_well = [&](const sim::RunSummary& summary) {
-    if (options.stop && options.stop()) throw Interrupted();
-    run.status = status_of(summary.status);
-    run.message = summary.message;
-    run.time_step = summary.time_step;
-    run.seconds = thread_seconds() - started;
-    return run.status == RunStatus::completed;
-  };
-  sim::Sampling sampling;
-  sampling.should_stop = [&] {
-    return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
-  };
+  RunGuard guard(options, run);
+  sim::Sampling sampling = guard.sampling();
 
   // 1. Particles where the films show them, moved apart where measured poses overlap
   const ParameterSet& parameters = request.parameters;
   sim::Scene scene =
       empty_rig(experiment, parameters, std::min(settling_restitution, parameters.restitution));
-  place_particles(starts, request.seed, scene);
-  const sim::RelaxationSummary relaxed = sim::relax_overlaps(scene);
-  if (!relaxed.converged) {
-    run.status = RunStatus::unstable;
-    run.message = fmt::format("the starting poses cannot be freed of overlap ({:.2g} m is left)",
-                              relaxed.overlap_after);
-    return run;
-  }
+  if (!place_bodies(starts.mean, starts.standard_deviation, request.seed, scene, run)) return run;
 
   // 2. Rest on the still piston, with the friction of this run. Simulated time is film time plus
   // the settling time.
   for (sim::Wall& wall : scene.walls) wall.motion.start_time = options.settling_time;
   sim::Simulation simulation(scene, simulation_options(experiment, request.time_step_fraction));
-  if (!ended_well(simulation.run_until(options.settling_time, sampling))) return run;
+  if (!guard.ended_well(simulation.run_until(options.settling_time, sampling))) return run;
   use_parameters(parameters, simulation);
 
   // 3. The piston sinks; what is seen at each frame is kept
@@ -121,7 +85,7 @@ SimulatedRun simulate(const datasets::Experiment& experiment,
     }
     ++frame;
   };
-  ended_well(simulation.run_until(options.settling_time + times.back(), sampling));
+  guard.ended_well(simulation.run_until(options.settling_time + times.back(), sampling));
   return run;
 }
 

@@ -91,7 +91,20 @@ TEST_F(BrowserPage, DrawsWhatThereIsWhenTablesAreAbsent) {
   EXPECT_NE(seen.document.find("data-figures-drawn=\"3\""), std::string::npos);
 }
 
-// Guards the test above: a request that the page's policy refuses must show in the console.
+TEST_F(BrowserPage, DrawsTheFlowOutOfABin) {
+  const datasets::RunFolder flow = tests::write_fixture_flow_run(root_ / "flow");
+  write_report(flow);
+  const Visit seen = visit(flow.report(), root_ / "browser");
+  EXPECT_EQ(seen.status, 0);
+  EXPECT_EQ(seen.console, "");
+  const int figures = count_of(seen.document, "<figure class=\"plot\"");
+  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
+            std::string::npos);
+  for (const char* id : {"flow-curves", "flow-profiles", "flow-beverloo"})
+    EXPECT_NE(seen.document.find(fmt::format("id=\"{}\"", id)), std::string::npos) << id;
+}
+
+// Guards the tests above: a request that the page's policy refuses must show in the console.
 TEST_F(BrowserPage, WouldBeRefusedTheNetwork) {
   std::string page = build_report(folder_);
   page.insert(page.find("</body>"), "<img src=\"http://127.0.0.1:9/picture.png\">");

@@ -337,6 +337,78 @@ void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
   datasets::write_csv(folder.table("profile"), profile);
 }
 
+Json compared(double orifice, bool held_out, double filmed, double simulated) {
+  const Json jams = {{"jams", 0}, {"runs", 3}, {"lower", 0.0}, {"upper", 0.54}};
+  return {{"orifice_m", orifice},
+          {"held_out", held_out},
+          {"filmed_kg_per_s", filmed},
+          {"simulated_kg_per_s", simulated},
+          {"error_kg_per_s", simulated - filmed},
+          {"validation_uncertainty_kg_per_s", 0.04 * filmed},
+          {"film_uncertainty_kg_per_s", 0.02 * filmed},
+          {"run_uncertainty_kg_per_s", 0.02 * filmed},
+          {"input_uncertainty_kg_per_s", 0.025 * filmed},
+          {"numerical_uncertainty_kg_per_s", 0.01 * filmed},
+          {"filmed_jams", jams},
+          {"simulated_jams", jams},
+          {"curve_inside", 0.95}};
+}
+
+// What a calibration on a bin writes beside parameters, time step and search.
+void write_flow(const datasets::RunFolder& folder) {
+  Json json = result();
+  json["kind"] = "bin_calibration";
+  json.erase("agreement");
+  json["objective"]["shares"] = {{"flow_rate", 0.1}, {"remaining", 0.3}, {"velocity_profile", 0.2}};
+  json["comparison"] = {compared(0.05, true, 0.053, 0.047), compared(0.1, false, 0.15, 0.152)};
+  for (const char* source : {"experiment", "simulation"}) {
+    json["beverloo"][source] = {{"C", 0.6},
+                                {"k", 1.2},
+                                {"covariance", {{0.0004, 0.0001}, {0.0001, 0.0025}}},
+                                {"form", "joint"}};
+    json["kinematic"].push_back({{"orifice_m", 0.1},
+                                 {"B_over_d", 0.6},
+                                 {"lower", 0.4},
+                                 {"upper", nullptr},
+                                 {"source", source}});
+  }
+  write_json(folder.result(), json);
+  datasets::Table curves({"orifice_m",
+                          "time_s",
+                          "filmed_count",
+                          "filmed_lower",
+                          "filmed_upper",
+                          "simulated_count",
+                          "simulated_lower",
+                          "simulated_upper"});
+  datasets::Table profiles({"orifice_m", "x_m", "source", "velocity_m_per_s", "lowest", "highest"});
+  for (const double orifice : {0.05, 0.1}) {
+    for (int i = 0; i <= 10; ++i) {
+      const double count = 1900.0 * orifice * i / 10.0;
+      curves.add({cell(orifice),
+                  cell(0.1 * i),
+                  cell(count),
+                  cell(0.9 * count),
+                  cell(1.1 * count),
+                  cell(0.95 * count),
+                  cell(0.8 * count),
+                  cell(1.05 * count)});
+      const double x = 0.014 * (i - 5);
+      const double velocity = 2.0 * orifice * std::exp(-400.0 * x * x);
+      for (const char* source : {"experiment", "simulation"}) {
+        profiles.add({cell(orifice),
+                      cell(x),
+                      source,
+                      cell(velocity),
+                      cell(0.8 * velocity),
+                      cell(1.2 * velocity)});
+      }
+    }
+  }
+  datasets::write_csv(folder.table("discharge_curves"), curves);
+  datasets::write_csv(folder.table("velocity_comparison"), profiles);
+}
+
 }  // namespace
 
 std::filesystem::path empty_folder(const std::string& name) {
@@ -362,6 +434,14 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
       datasets::write_whole(folder.annotated_frame(fmt::format("rep{}", r), moment), grey_jpeg());
   write_bands(folder, wobble);
   write_search(folder, wobble);
+  return folder;
+}
+
+datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
+  const datasets::RunFolder folder = write_fixture_run(root);
+  for (const char* name : {"agreement", "ranks", "bands", "rms_friction"})
+    std::filesystem::remove(folder.table(name));
+  write_flow(folder);
   return folder;
 }
 

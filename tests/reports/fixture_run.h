@@ -11,6 +11,9 @@ namespace graintruth::tests {
 // Writes the folder anew at the given place; the same numbers every time.
 datasets::RunFolder write_fixture_run(const std::filesystem::path& root);
 
+// The same of a calibration on what runs out of a bin: two orifices, the narrower held out.
+datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root);
+
 // An empty folder of its own for the running test, under the build's temporary folder.
 std::filesystem::path empty_folder(const std::string& name);
 

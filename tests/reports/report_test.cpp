@@ -352,5 +352,19 @@ TEST_F(Report, ForbidsAndNeedsNoNetwork) {
     EXPECT_EQ(read_by_browser.find(address), std::string::npos) << address;
 }
 
+TEST(FlowReport, TellsWhatWasPredictedFromWhatWasFitted) {
+  const std::filesystem::path root = tests::empty_folder("FlowReport");
+  const std::string page = build_report(tests::write_fixture_flow_run(root / "run"));
+  std::filesystem::remove_all(root);
+  EXPECT_NE(page.find("Calibration and validation report"), std::string::npos);
+  EXPECT_NE(page.find("Predicted, not fitted: the flow through 50\u00a0mm"), std::string::npos);
+  EXPECT_NE(page.find("Fitted to the flow through 100\u00a0mm"), std::string::npos);
+  // |E| = 6 g/s against 2 u_val = 4.24 g/s; and 2 against 12
+  EXPECT_NE(page.find("differs"), std::string::npos);
+  EXPECT_NE(page.find("no difference resolved"), std::string::npos);
+  EXPECT_NE(page.find("not bounded"), std::string::npos);
+  EXPECT_EQ(page.find("id=\"agreement\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace graintruth::reports
