@@ -103,4 +103,21 @@ std::string write_bulk_measurements(const BinFilms& films, const datasets::RunFo
   return words + words_on(fits);
 }
 
+std::string words_on(const calibrate::BinScore& score) {
+  std::string words;
+  for (const calibrate::OrificeComparison& row : score.orifices) {
+    words += fmt::format(
+        "Orifice {:4.0f} mm{:12} {:7.2f} g/s filmed, {:7.2f} simulated: E {:+6.2f}, u_val {:5.2f} "
+        "g/s; curve inside the films' band {:3.0f} % of the time\n",
+        1e3 * row.orifice,
+        row.held_out ? ", held out" : "",
+        1e3 * row.filmed,
+        1e3 * row.simulated,
+        1e3 * row.error(),
+        1e3 * row.validation_uncertainty(),
+        100.0 * row.curve_inside);
+  }
+  return words;
+}
+
 }  // namespace graintruth::app

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/films.h"
+#include "calibrate/bin_score.h"
 #include "datasets/experiment.h"
 #include "datasets/run_folder.h"
 #include "datasets/trajectories.h"
@@ -29,5 +30,8 @@ BinFilms measurable_films(const datasets::Experiment& experiment,
 // three orifices; the kinematic B of each orifice. Writes measured.json and tables/*.csv, and
 // returns what a person wants to read first.
 std::string write_bulk_measurements(const BinFilms& films, const datasets::RunFolder& folder);
+
+// Rates filmed and simulated, a line an orifice.
+std::string words_on(const calibrate::BinScore& score);
 
 }  // namespace graintruth::app

@@ -1,10 +1,9 @@
 // graintruth calibrate: the main job, from films to calibrated parameters and their report.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "app/bulk_summary.h"
 #include "app/session.h"
 #include "app/watch.h"
 #include "calibrate/bin_result_files.h"
@@ -71,21 +70,6 @@ void print_agreement(const calibrate::CalibrationResult& result) {
       result.context.thesis_leave_one_out);
 }
 
-void print_rates(const calibrate::BinCalibrationResult& result) {
-  for (const calibrate::OrificeComparison& row : result.orifices) {
-    fmt::print(
-        "Orifice {:4.0f} mm{:12} {:7.2f} g/s filmed, {:7.2f} simulated: E {:+6.2f}, u_val {:5.2f} "
-        "g/s; curve inside the films' band {:3.0f} % of the time\n",
-        1e3 * row.orifice,
-        row.held_out ? ", held out" : "",
-        1e3 * row.filmed,
-        1e3 * row.simulated,
-        1e3 * row.error(),
-        1e3 * row.validation_uncertainty(),
-        100.0 * row.curve_inside);
-  }
-}
-
 // run.json, the journal's copy, and what a person wants to read first.
 void conclude(const CalibrateCommand& command,
               const calibrate::CalibrationOptions& options,
@@ -123,26 +107,19 @@ void calibrate_tracks(const CalibrateCommand& command, Session& session) {
 // Films of particles that run out of a bin.
 void calibrate_flow(const CalibrateCommand& command, Session& session) {
   const calibrate::BinProblem problem = session.bin_problem();
-  std::vector<std::size_t> every_film(problem.starts.size());
-  std::iota(every_film.begin(), every_film.end(), 0);
   calibrate::Journal journal(session.folder().journal());
-  const auto searched =
-      session.ensemble(problem, problem.calibrated_films, problem.calibrated, journal);
-  const auto all = session.ensemble(problem, every_film, problem.all, journal);
+  const auto searched = session.ensemble_of_calibrated(problem, journal);
+  const auto all = session.ensemble_of_all(problem, journal);
   Watch watch(command.watch, session, {});
   calibrate::CalibrationOptions options =
       calibration_options(command, session, watch, calibrate::bin_options());
-  options.largest_time_step_fraction = 1.0;
-  for (const calibrate::BinStart& start : problem.starts) {
-    options.largest_time_step_fraction =
-        std::min(options.largest_time_step_fraction, calibrate::largest_time_step_fraction(start));
-  }
+  options.largest_time_step_fraction = calibrate::largest_time_step_fraction(problem);
   calibrate::BinCalibrationResult result =
       calibrate::calibrate_bin(problem, *searched, *all, options);
   session.add_film_warnings(result.warnings);
   calibrate::write_bin_calibration(session.folder(), problem, options, result, session.seconds());
   conclude(command, options, result, searched->simulated() + all->simulated(), journal, session);
-  if (!command.common.json) print_rates(result);
+  if (!command.common.json) fmt::print("{}", words_on(result.score));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <numeric>
 #include <thread>
 
 #include "app/bulk_summary.h"
@@ -33,8 +34,7 @@ Session::Session(std::string verb,
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
   // Before any film is tracked for nothing
-  if (record_.verb == "validate" || record_.verb == "evaluate" ||
-      (record_.verb == "calibrate" && !experiment_.rig.bin))
+  if (record_.verb != "track" && (record_.verb == "evaluate" || !experiment_.rig.bin))
     calibrate::require_comparable(experiment_);
   record_.started_at = utc_now();
   record_.jobs = options.jobs > 0
@@ -68,13 +68,25 @@ calibrate::BinProblem Session::bin_problem() {
   return calibrate::make_bin_problem(films.experiment, films.tracks);
 }
 
-std::unique_ptr<calibrate::Ensemble> Session::ensemble(
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_all(const calibrate::BinProblem& problem,
+                                                              calibrate::Journal& journal) const {
+  std::vector<std::size_t> every_film(problem.starts.size());
+  std::iota(every_film.begin(), every_film.end(), 0);
+  return ensemble_of(problem, every_film, problem.all, journal);
+}
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_calibrated(
+    const calibrate::BinProblem& problem, calibrate::Journal& journal) const {
+  return ensemble_of(problem, problem.calibrated_films, problem.calibrated, journal);
+}
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
     const calibrate::BinProblem& problem,
-    std::span<const std::size_t> which,
+    std::span<const std::size_t> films,
     std::shared_ptr<const calibrate::BinComparison> comparison,
     calibrate::Journal& journal) const {
   std::vector<calibrate::Scene> scenes;
-  for (const std::size_t film : which) {
+  for (const std::size_t film : films) {
     const calibrate::BinStart& start = problem.starts[film];
     scenes.push_back({start.hash, calibrate::make_bin_simulator(start, {.stop = is_interrupted})});
   }

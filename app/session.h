@@ -32,12 +32,11 @@ class Session {
   std::unique_ptr<calibrate::Ensemble> ensemble(const calibrate::Problem& problem,
                                                 calibrate::Journal& journal) const;
 
-  // The same of the films `which` of a bin, compared by `comparison`.
-  std::unique_ptr<calibrate::Ensemble> ensemble(
-      const calibrate::BinProblem& problem,
-      std::span<const std::size_t> which,
-      std::shared_ptr<const calibrate::BinComparison> comparison,
-      calibrate::Journal& journal) const;
+  // The same of every film of a bin, or of those that are calibrated on.
+  std::unique_ptr<calibrate::Ensemble> ensemble_of_all(const calibrate::BinProblem& problem,
+                                                       calibrate::Journal& journal) const;
+  std::unique_ptr<calibrate::Ensemble> ensemble_of_calibrated(const calibrate::BinProblem& problem,
+                                                              calibrate::Journal& journal) const;
 
   // What must be said of the films goes after what is said of the calibration.
   void add_film_warnings(std::vector<std::string>& warnings) const;
@@ -55,6 +54,12 @@ class Session {
   int jobs() const { return record_.jobs; }
 
  private:
+  std::unique_ptr<calibrate::Ensemble> ensemble_of(
+      const calibrate::BinProblem& problem,
+      std::span<const std::size_t> films,
+      std::shared_ptr<const calibrate::BinComparison> comparison,
+      calibrate::Journal& journal) const;
+
   CommonOptions options_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_;

@@ -1,17 +1,22 @@
 // graintruth validate: how well given parameters agree with the films; nothing is tuned.
 #include <fmt/format.h>
 
+#include "app/bulk_summary.h"
 #include "app/session.h"
+#include "calibrate/bin_result_files.h"
+#include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
 #include "calibrate/result_files.h"
+#include "datasets/input_error.h"
 
 namespace graintruth::app {
 
-int run_validate(const ValidateCommand& command) {
-  Session session("validate", command.common, command.experiment);
-  const calibrate::ParameterSet bench = calibrate::bench_parameters(session.experiment());
-  const calibrate::ParameterSet parameters = calibrate::load_parameters(command.parameters, bench);
-  session.track();
+namespace {
+
+// Films of particles that stay in the picture. Returns the exit status.
+int validate_tracks(const ValidateCommand& command,
+                    const calibrate::ParameterSet& parameters,
+                    Session& session) {
   const calibrate::Problem problem = session.problem();
   calibrate::Journal journal(session.folder().journal());
   const auto ensemble = session.ensemble(problem, journal);
@@ -56,6 +61,53 @@ int run_validate(const ValidateCommand& command) {
                *command.require_agreement);
     return 1;
   }
+  return 0;
+}
+
+// Films of particles that run out of a bin.
+void validate_flow(const ValidateCommand& command,
+                   const calibrate::ParameterSet& parameters,
+                   Session& session) {
+  const calibrate::BinProblem problem = session.bin_problem();
+  calibrate::Journal journal(session.folder().journal());
+  const auto ensemble = session.ensemble_of_all(problem, journal);
+  calibrate::BinValidationResult result{.parameters = parameters};
+  result.time_step_fraction = calibrate::load_time_step_fraction(command.parameters)
+                                  .value_or(calibrate::largest_time_step_fraction(problem));
+  result.score = calibrate::score_bin(problem,
+                                      *ensemble,
+                                      {parameters, result.time_step_fraction},
+                                      {.seed = command.common.seed, .runs = command.runs},
+                                      [&](double) {
+                                        return [&session](int done, int total, bool) {
+                                          session.progress().show(
+                                              "simulating", static_cast<double>(done) / total, "");
+                                        };
+                                      });
+  result.warnings = result.score.warnings;
+  session.add_film_warnings(result.warnings);
+  session.record().simulations_run = ensemble->simulated();
+  session.record().options = {{"runs", std::to_string(command.runs)}};
+  calibrate::write_bin_validation(session.folder(), problem, result, session.seconds());
+  calibrate::write_journal_csv(session.folder().journal_csv(), journal);
+  if (!command.common.json) fmt::print("{}", words_on(result.score));
+  session.finish();
+}
+
+}  // namespace
+
+int run_validate(const ValidateCommand& command) {
+  Session session("validate", command.common, command.experiment);
+  const calibrate::ParameterSet bench = calibrate::bench_parameters(session.experiment());
+  const calibrate::ParameterSet parameters = calibrate::load_parameters(command.parameters, bench);
+  if (session.experiment().rig.bin && command.require_agreement) {
+    throw datasets::InputError(fmt::format(
+        "{}: what runs out of a bin has no agreement in percent; leave out --require-agreement.",
+        command.experiment.string()));
+  }
+  session.track();
+  if (!session.experiment().rig.bin) return validate_tracks(command, parameters, session);
+  validate_flow(command, parameters, session);
   return 0;
 }
 

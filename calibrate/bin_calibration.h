@@ -2,60 +2,13 @@
 // filmed flow at some orifices, and what they predict at the others.
 #pragma once
 
-#include <vector>
-
-#include "calibrate/bin_fits.h"
-#include "calibrate/bin_problem.h"
+#include "calibrate/bin_score.h"
 #include "calibrate/search.h"
 
 namespace graintruth::calibrate {
 
-// A share of runs with its 95 % interval (Jeffreys: equal-tailed beta of k + 1/2, n - k + 1/2).
-struct Probability {
-  int happened = 0;
-  int runs = 0;
-  double lower = 0.0, upper = 0.0;
-};
-Probability probability_of(int happened, int runs);
-
-// One orifice, filmed and simulated at the calibrated parameters, in the terms of ASME V&V 20:
-//   E = S - D,   u_val^2 = u_D^2 + u_S^2 + u_input^2 + u_num^2
-struct OrificeComparison {
-  double orifice = 0.0;  // m
-  bool held_out = false;
-  double filmed = 0.0;     // kg/s; mean over films
-  double simulated = 0.0;  // kg/s; mean over fresh runs
-  // Standard uncertainties, kg/s: scatter of films and of runs, what the parameters' uncertainty
-  // does, and the change from half the time step.
-  double film_error = 0.0;
-  double run_error = 0.0;
-  double input_error = 0.0;
-  double numerical_error = 0.0;
-  Probability filmed_jams, simulated_jams;
-  // Share of the film's duration in which the mean simulated discharge curve lies where a further
-  // film would with 95 %.
-  double curve_inside = 0.0;
-
-  double error() const { return simulated - filmed; }
-  double validation_uncertainty() const;
-};
-
-struct BinCurvePoint {
-  double time = 0.0;                              // s
-  double filmed = 0.0, lower = 0.0, upper = 0.0;  // particles; mean, and band of a further film
-  double simulated = 0.0;                         // particles; mean
-  double simulated_lower = 0.0, simulated_upper = 0.0;  // lowest and highest run
-};
-
 struct BinCalibrationResult : SearchResult {
-  Evaluation confirmation;  // fresh runs of every film at the calibrated parameters
-  std::vector<SimulatedRun> calibrated_runs;  // of these, the films that are calibrated on
-  BinComparison::Shares shares;               // of the objective there, calibrated films only
-  std::vector<OrificeComparison> orifices;
-  std::vector<std::vector<BinCurvePoint>> curves;  // one an orifice
-  BinFits filmed, simulated;
-  double simulated_modulus = 0.0;  // Pa
-  double mean_signed_error = 0.0;  // mean of E/D over calibrated orifices
+  BinScore score;
 };
 
 // `searched` simulates the films that are calibrated on, `all` every film; both on one journal.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "datasets/input_error.h"
@@ -107,8 +108,20 @@ void choose_held_out(std::vector<BinStart>& starts) {
     const BulkRig& rig = starts[i].rig;
     if (rig.orifice >= arching_diameters * rig.particle_diameter) wide.insert(rig.orifice);
   }
-  if (stated || wide.size() < 2) return;
-  for (BinStart& start : starts) start.held_out = !wide.contains(start.rig.orifice);
+  if (!stated && wide.size() >= 2) {
+    for (BinStart& start : starts) start.held_out = !wide.contains(start.rig.orifice);
+  }
+  // What was fitted and what is predicted is never averaged.
+  std::map<double, bool> of_orifice;
+  for (const BinStart& start : starts) {
+    const auto [at, is_new] = of_orifice.try_emplace(start.rig.orifice, start.held_out);
+    if (is_new || at->second == start.held_out) continue;
+    throw datasets::InputError(fmt::format(
+        "{}: some films of the orifice of {:.4g} mm are held out and some are not; hold out all "
+        "films of an orifice, or none.",
+        start.experiment.file.string(),
+        1e3 * start.rig.orifice));
+  }
 }
 
 }  // namespace

@@ -37,7 +37,8 @@ struct BinProblem {
 // the file says; where it says nothing, orifices narrower than six particle diameters, whose flow
 // arches (thesis 4.3.3), as long as two wider ones remain. Throws datasets::InputError for an
 // experiment without plates, for another number of particles than stated, for a film that shows no
-// bed at rest, and where no calibrated orifice has two films.
+// bed at rest, where films of one orifice are held out and others are not, and where no
+// calibrated orifice has two films.
 BinProblem make_bin_problem(const datasets::Experiment& experiment,
                             std::span<const datasets::Trajectories> tracks);
 

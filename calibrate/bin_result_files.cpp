@@ -161,7 +161,7 @@ Json comparison_json(const OrificeComparison& row) {
           {"curve_inside", row.curve_inside}};
 }
 
-void write_curves(const datasets::RunFolder& folder, const BinCalibrationResult& result) {
+void write_curves(const datasets::RunFolder& folder, const BinScore& result) {
   Table table({"orifice_m",
                "time_s",
                "filmed_count",
@@ -188,9 +188,9 @@ void write_curves(const datasets::RunFolder& folder, const BinCalibrationResult&
 // Of each orifice: velocities of films and of simulations, mean over runs, bin by bin.
 void write_profile_comparison(const datasets::RunFolder& folder,
                               const BinProblem& problem,
-                              const BinCalibrationResult& result) {
+                              const BinScore& result) {
   Table table({"orifice_m", "x_m", "source", "velocity_m_per_s", "lowest", "highest"});
-  const std::vector<SimulatedRun>& runs = result.confirmation.runs;
+  const std::vector<SimulatedRun>& runs = result.evaluation.runs;
   const std::size_t seeds = runs.size() / problem.starts.size();
   for (const OrificeMean& orifice : problem.all->orifices()) {
     const BulkRig& rig = problem.all->films()[orifice.films.front()].rig;
@@ -227,7 +227,7 @@ void write_profile_comparison(const datasets::RunFolder& folder,
   datasets::write_csv(folder.table("velocity_comparison"), table);
 }
 
-void write_rates(const datasets::RunFolder& folder, const BinCalibrationResult& result) {
+void write_rates(const datasets::RunFolder& folder, const BinScore& result) {
   Table table({"orifice_m",
                "held_out",
                "filmed_kg_per_s",
@@ -267,6 +267,35 @@ void write_bin_measurements(const datasets::RunFolder& folder,
   write_json(folder.measured(), json);
 }
 
+namespace {
+
+// Tables, and what result.json says of the comparison.
+void write_bin_score(const datasets::RunFolder& folder,
+                     const BinProblem& problem,
+                     const BinScore& score,
+                     Json& json) {
+  write_curves(folder, score);
+  write_profile_comparison(folder, problem, score);
+  write_rates(folder, score);
+  json["objective"]["best"] = problem.calibrated->objective(score.calibrated_runs);
+  json["objective"]["shares"] = {{"flow_rate", score.shares.rate},
+                                 {"remaining", score.shares.remaining},
+                                 {"velocity_profile", score.shares.velocity}};
+  const BinScatter& scatter = problem.calibrated->scatter();
+  json["replicate_scatter"] = {{"relative_rate", scatter.relative_rate},
+                               {"remaining_particles", scatter.remaining},
+                               {"relative_velocity", scatter.relative_velocity},
+                               {"degrees_of_freedom", scatter.freedom}};
+  json["simulated_elastic_modulus_pa"] = score.simulated_modulus;
+  json["mean_signed_error"] = score.mean_signed_error;
+  for (const OrificeComparison& row : score.orifices)
+    json["comparison"].push_back(comparison_json(row));
+  add_fits(score.filmed, "experiment", json);
+  add_fits(score.simulated, "simulation", json);
+}
+
+}  // namespace
+
 void write_bin_calibration(const datasets::RunFolder& folder,
                            const BinProblem& problem,
                            const CalibrationOptions& options,
@@ -274,27 +303,29 @@ void write_bin_calibration(const datasets::RunFolder& folder,
                            double wall_time) {
   write_evaluations(folder.table("evaluations"), result.evaluations, {});
   write_profiles(folder, result);
-  write_curves(folder, result);
-  write_profile_comparison(folder, problem, result);
-  write_rates(folder, result);
   Json json = head_json(problem.experiment, "bin_calibration");
   add_search(result, options, json);
-  json["objective"]["best"] = problem.calibrated->objective(result.calibrated_runs);
-  json["objective"]["shares"] = {{"flow_rate", result.shares.rate},
-                                 {"remaining", result.shares.remaining},
-                                 {"velocity_profile", result.shares.velocity}};
-  const BinScatter& scatter = problem.calibrated->scatter();
-  json["replicate_scatter"] = {{"relative_rate", scatter.relative_rate},
-                               {"remaining_particles", scatter.remaining},
-                               {"relative_velocity", scatter.relative_velocity},
-                               {"degrees_of_freedom", scatter.freedom}};
-  json["simulated_elastic_modulus_pa"] = result.simulated_modulus;
-  json["mean_signed_error"] = result.mean_signed_error;
-  for (const OrificeComparison& row : result.orifices)
-    json["comparison"].push_back(comparison_json(row));
-  add_fits(result.filmed, "experiment", json);
-  add_fits(result.simulated, "simulation", json);
+  write_bin_score(folder, problem, result.score, json);
   json["wall_time_s"] = wall_time;
+  write_json(folder.result(), json);
+}
+
+void write_bin_validation(const datasets::RunFolder& folder,
+                          const BinProblem& problem,
+                          const BinValidationResult& result,
+                          double wall_time) {
+  Json json = head_json(problem.experiment, "bin_validation");
+  add_given_parameters(problem.experiment, result.parameters, json);
+  json["time_step"] = {{"fraction", result.time_step_fraction},
+                       {"seconds", result.score.evaluation.runs.front().time_step},
+                       {"discretisation_error", nullptr}};
+  write_bin_score(folder, problem, result.score, json);
+  json["objective"]["noise"] = problem.calibrated->noise(result.score.calibrated_runs);
+  json["evaluations"] = 1;
+  json["simulations"] = result.score.evaluation.runs.size();
+  json["failed"] = result.score.evaluation.failed;
+  json["wall_time_s"] = wall_time;
+  json["warnings"] = result.warnings;
   write_json(folder.result(), json);
 }
 

@@ -23,4 +23,16 @@ void write_bin_calibration(const datasets::RunFolder& folder,
                            const BinCalibrationResult& result,
                            double wall_time);
 
+struct BinValidationResult {
+  ParameterSet parameters;
+  double time_step_fraction = 0.0;
+  BinScore score;
+  std::vector<std::string> warnings;
+};
+
+void write_bin_validation(const datasets::RunFolder& folder,
+                          const BinProblem& problem,
+                          const BinValidationResult& result,
+                          double wall_time);
+
 }  // namespace graintruth::calibrate

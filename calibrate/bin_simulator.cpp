@@ -132,4 +132,11 @@ double largest_time_step_fraction(const BinStart& start) {
   return sim::choose_time_step(scene, options) / sim::critical_time_step(scene);
 }
 
+double largest_time_step_fraction(const BinProblem& problem) {
+  double largest = 1.0;
+  for (const BinStart& start : problem.starts)
+    largest = std::min(largest, largest_time_step_fraction(start));
+  return largest;
+}
+
 }  // namespace graintruth::calibrate

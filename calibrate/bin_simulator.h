@@ -20,5 +20,7 @@ double simulated_modulus(const BinStart& start);
 
 // The largest fraction of the Rayleigh step that gives every contact at least 20 steps.
 double largest_time_step_fraction(const BinStart& start);
+// At which this holds for every film.
+double largest_time_step_fraction(const BinProblem& problem);
 
 }  // namespace graintruth::calibrate

@@ -130,8 +130,8 @@ StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
 void require_comparable(const datasets::Experiment& experiment) {
   if (experiment.rig.bin) {
     throw datasets::InputError(fmt::format(
-        "{}: what runs out of a bin can be tracked and calibrated on, but not yet "
-        "compared at given parameters: this verb compares tracks of particles that stay.",
+        "{}: what runs out of a bin can be calibrated on and validated, but not evaluated: "
+        "this verb compares tracks of particles that stay.",
         experiment.file.string()));
   }
   if (experiment.particle.spheres.empty()) {

@@ -215,13 +215,7 @@ void write_validation(const datasets::RunFolder& folder,
                       double wall_time) {
   write_comparison(folder, problem, result.score);
   Json json = head_json(problem.experiment, "validation");
-  const ParameterSet bench = bench_parameters(problem.experiment);
-  for (const std::string_view name : parameter_names) {
-    json["parameters"][std::string(name)] = {{"value", value_of(result.parameters, name)},
-                                             {"unit", "-"},
-                                             {"status", "fixed"},
-                                             {"bench_value", value_of(bench, name)}};
-  }
+  add_given_parameters(problem.experiment, result.parameters, json);
   json["time_step"] = {{"fraction", result.time_step_fraction},
                        {"seconds", result.score.evaluation.runs.front().time_step},
                        {"discretisation_error", nullptr}};

@@ -65,6 +65,18 @@ void write_json(const std::filesystem::path& file, const Json& json) {
   datasets::write_whole(file, json.dump(2) + "\n");
 }
 
+void add_given_parameters(const datasets::Experiment& experiment,
+                          const ParameterSet& parameters,
+                          Json& json) {
+  const ParameterSet bench = bench_parameters(experiment);
+  for (const std::string_view name : parameter_names) {
+    json["parameters"][std::string(name)] = {{"value", value_of(parameters, name)},
+                                             {"unit", "-"},
+                                             {"status", "fixed"},
+                                             {"bench_value", value_of(bench, name)}};
+  }
+}
+
 void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json) {
   for (const CalibratedParameter& parameter : result.calibrated)
     json["parameters"][parameter.name] = parameter_json(parameter);

@@ -15,6 +15,10 @@ using Json = nlohmann::ordered_json;  // keys in the order in which they are wri
 Json head_json(const datasets::Experiment& experiment, const char* kind);
 // Parameters, time step, objective, counts and warnings.
 void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json);
+// Parameters that were given, not tuned.
+void add_given_parameters(const datasets::Experiment& experiment,
+                          const ParameterSet& parameters,
+                          Json& json);
 void write_json(const std::filesystem::path& file, const Json& json);
 
 // tables/profile.csv.

@@ -275,11 +275,13 @@ std::vector<std::string> flow_sentences(const RunData& data) {
     }
     if (widths.empty()) continue;
     std::string sentence =
-        held_out ? fmt::format(
-                       "Predicted, not fitted: the flow through {}, films that the search never "
-                       "saw.",
-                       joined(widths))
-                 : fmt::format("Fitted to the flow through {}.", joined(widths));
+        !data.is_calibration()
+            ? fmt::format("Simulated at given parameters: the flow through {}.", joined(widths))
+        : held_out ? fmt::format(
+                         "Predicted, not fitted: the flow through {}, films that the search never "
+                         "saw.",
+                         joined(widths))
+                   : fmt::format("Fitted to the flow through {}.", joined(widths));
     sentence +=
         differing.empty()
             ? fmt::format(

@@ -37,9 +37,15 @@ Json read_json(const std::filesystem::path& file, std::vector<std::string>& dama
 
 }  // namespace
 
-bool RunData::is_calibration() const { return text(result, {"kind"}) != "validation"; }
+bool RunData::is_calibration() const {
+  const std::string kind = text(result, {"kind"});
+  return kind != "validation" && kind != "bin_validation";
+}
 
-bool RunData::is_flow() const { return text(result, {"kind"}) == "bin_calibration"; }
+bool RunData::is_flow() const {
+  const std::string kind = text(result, {"kind"});
+  return kind == "bin_calibration" || kind == "bin_validation";
+}
 
 bool RunData::has_held_out() const {
   const Json& rows = list(result, {"comparison"});

@@ -173,14 +173,14 @@ TEST(BinCalibration, RecoversAKnownTruthAndPredictsWhatWasHeldOut) {
     EXPECT_LE(parameter.interval->lower, expected) << parameter.name;
     EXPECT_GE(parameter.interval->upper, expected) << parameter.name;
   }
-  ASSERT_EQ(result.orifices.size(), orifices.size());
-  for (const OrificeComparison& row : result.orifices) {
+  ASSERT_EQ(result.score.orifices.size(), orifices.size());
+  for (const OrificeComparison& row : result.score.orifices) {
     EXPECT_EQ(row.held_out, row.orifice < 0.06);
     EXPECT_LE(std::abs(row.error()), 3.0 * row.validation_uncertainty()) << row.orifice;
     EXPECT_GT(row.curve_inside, 0.9) << row.orifice;
     EXPECT_EQ(row.simulated_jams.happened, 0);
   }
-  ASSERT_TRUE(result.filmed.beverloo && result.simulated.beverloo);
+  ASSERT_TRUE(result.score.filmed.beverloo && result.score.simulated.beverloo);
 }
 
 TEST(BinCalibration, ItsIntervalsHoldTheTruthAboutAsOftenAsTheySay) {
