@@ -16,7 +16,9 @@ namespace graintruth::calibrate {
 namespace {
 
 constexpr const char* numbers_version = "1";  // see problem.cpp
-constexpr double arching_diameters = 6.0;     // orifices narrower than this arch
+// Where tracks state no error: far below any camera's, and enough for seeds to tell runs apart.
+constexpr datasets::Pose least_error{1.0e-5, 1.0e-5, 1.0e-4};
+constexpr double arching_diameters = 6.0;  // orifices narrower than this arch
 
 void append(std::string& text, double value) { text += datasets::number_text(value) + ";"; }
 
@@ -56,7 +58,7 @@ std::string hash_of(const BinStart& start) {
 
 // Median over particles and frames of what the tracker says of its own error.
 datasets::Pose typical_error(const datasets::Trajectories& track) {
-  datasets::Pose typical{0.0, 0.0, 0.0};  // where the tracks state none
+  datasets::Pose typical = least_error;
   for (double datasets::Pose::*member :
        {&datasets::Pose::x, &datasets::Pose::z, &datasets::Pose::angle}) {
     std::vector<double> values;

@@ -25,11 +25,14 @@ std::vector<FilmedBin> bins_of(const BinComparison& films, std::span<const Simul
   return bins;
 }
 
-// The rates of all completed runs through one orifice, kg/s; jams count with what did come out.
+// The rates of all runs through one orifice that did not jam, kg/s; how often they jam is told
+// apart.
 std::vector<double> rates_of(const std::vector<FilmedBin>& bins, double orifice) {
   std::vector<double> rates;
   for (const FilmedBin& bin : bins) {
-    if (bin.rig.orifice == orifice) rates.push_back(numbers_of(bin.measured, bin.rig).rate);
+    if (bin.rig.orifice != orifice || find_arching(bin.measured.discharge, bin.rig).jammed)
+      continue;
+    rates.push_back(numbers_of(bin.measured, bin.rig).rate);
   }
   return rates;
 }
@@ -150,7 +153,8 @@ class BinScorer {
   void compare(const OrificeMean& orifice) {
     OrificeComparison row{.orifice = orifice.orifice};
     row.held_out = problem_.starts[orifice.films.front()].held_out;
-    row.filmed = orifice.mean.rate;
+    const std::vector<FilmedBin>& films = problem_.all->films();
+    row.filmed = mean_of(rates_of(films, row.orifice));
     row.film_error = problem_.all->scatter().relative_rate * row.filmed /
                      std::sqrt(static_cast<double>(orifice.films.size()));
     const std::vector<double> rates = rates_of(simulated_, row.orifice);
@@ -159,22 +163,13 @@ class BinScorer {
       row.run_error =
           summarise(rates).standard_deviation / std::sqrt(static_cast<double>(rates.size()));
     row.numerical_error = numerical_error() * row.simulated;
-    // The scatter of single runs is in it too; it is taken out, as far as it reaches.
+    // The scatter of single runs is in it too, which makes it rather too large than too small.
     std::vector<double> means;
-    double within = 0.0;
     for (const std::vector<FilmedBin>& input : inputs_) {
       const std::vector<double> of_input = rates_of(input, row.orifice);
-      if (of_input.size() < 2) continue;
-      means.push_back(mean_of(of_input));
-      within += std::pow(summarise(of_input).standard_deviation, 2) /
-                static_cast<double>(of_input.size());
+      if (!of_input.empty()) means.push_back(mean_of(of_input));
     }
-    if (means.size() > 1) {
-      const double between = std::pow(summarise(means).standard_deviation, 2);
-      row.input_error =
-          std::sqrt(std::max(0.0, between - within / static_cast<double>(means.size())));
-    }
-    std::vector<FilmedBin> films = problem_.all->films();
+    if (means.size() > 1) row.input_error = summarise(means).standard_deviation;
     row.filmed_jams = jams_of(films, row.orifice);
     row.simulated_jams = jams_of(simulated_, row.orifice);
     result_.curves.push_back(curve_of(films, row));
