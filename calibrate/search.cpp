@@ -295,6 +295,7 @@ CalibratedParameter& Search::calibrated(std::string_view name) {
 void Search::polish() {
   result_.stop_reason = "nothing to tune";
   if (space_.dimension() == 0) return;
+  result_.stop_reason = "the budget left nothing for a local search";
   const std::vector<UnitPoint> starts = distinct_starts();
   const int budget = polish_budget();
   for (std::size_t i = 0; i < starts.size(); ++i) {
