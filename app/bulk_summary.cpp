@@ -106,6 +106,18 @@ std::string write_bulk_measurements(const BinFilms& films, const datasets::RunFo
 std::string words_on(const calibrate::BinScore& score) {
   std::string words;
   for (const calibrate::OrificeComparison& row : score.orifices) {
+    if (std::isnan(row.error())) {
+      words += fmt::format(
+          "Orifice {:4.0f} mm{:12} {} of {} films and {} of {} simulations jammed: no rates to "
+          "compare\n",
+          1e3 * row.orifice,
+          row.held_out ? ", held out" : "",
+          row.filmed_jams.happened,
+          row.filmed_jams.runs,
+          row.simulated_jams.happened,
+          row.simulated_jams.runs);
+      continue;
+    }
     words += fmt::format(
         "Orifice {:4.0f} mm{:12} {:7.2f} g/s filmed, {:7.2f} simulated: E {:+6.2f}, u_val {:5.2f} "
         "g/s; curve inside the films' band {:3.0f} % of the time\n",

@@ -70,7 +70,7 @@ void print_agreement(const calibrate::CalibrationResult& result) {
       result.context.thesis_leave_one_out);
 }
 
-// run.json, the journal's copy, and what a person wants to read first.
+// What run.json says of the search, the journal's copy, and what a person wants to read first.
 void conclude(const CalibrateCommand& command,
               const calibrate::CalibrationOptions& options,
               const calibrate::SearchResult& result,
@@ -102,6 +102,7 @@ void calibrate_tracks(const CalibrateCommand& command, Session& session) {
   calibrate::write_calibration(session.folder(), problem, options, result, session.seconds());
   conclude(command, options, result, ensemble->simulated(), journal, session);
   if (!command.common.json) print_agreement(result);
+  session.finish();
 }
 
 // Films of particles that run out of a bin.
@@ -120,6 +121,7 @@ void calibrate_flow(const CalibrateCommand& command, Session& session) {
   calibrate::write_bin_calibration(session.folder(), problem, options, result, session.seconds());
   conclude(command, options, result, searched->simulated() + all->simulated(), journal, session);
   if (!command.common.json) fmt::print("{}", words_on(result.score));
+  session.finish();
 }
 
 }  // namespace
@@ -132,7 +134,6 @@ int run_calibrate(const CalibrateCommand& command) {
   } else {
     calibrate_tracks(command, session);
   }
-  session.finish();
   return 0;
 }
 

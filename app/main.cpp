@@ -318,7 +318,8 @@ int main(int argc, char** argv) {
                "calibrate datasets/micro/experiment.toml --out out/micro");
   add_experiment(calibrate_verb, calibrate.experiment);
   calibrate_verb
-      .add_option("--budget", calibrate.budget, "Evaluations of the search (default: 100)")
+      .add_option(
+          "--budget", calibrate.budget, "Evaluations of the search (default: 100, for a bin 60)")
       ->check(CLI::Range(20, 100000));
   calibrate_verb
       .add_option("--time-limit",

@@ -128,13 +128,17 @@ void choose_held_out(std::vector<BinStart>& starts) {
 
 }  // namespace
 
-BinProblem make_bin_problem(const datasets::Experiment& experiment,
-                            std::span<const datasets::Trajectories> tracks) {
+void require_plates(const datasets::Experiment& experiment) {
   if (!experiment.particle.plate) {
     throw datasets::InputError(
         fmt::format("{}: particle.plate is missing; what runs out of a bin is measured as plates.",
                     experiment.file.string()));
   }
+}
+
+BinProblem make_bin_problem(const datasets::Experiment& experiment,
+                            std::span<const datasets::Trajectories> tracks) {
+  require_plates(experiment);
   BinProblem problem{.experiment = experiment};
   std::vector<FilmedBin> films;
   for (std::size_t i = 0; i < tracks.size(); ++i) {

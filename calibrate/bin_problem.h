@@ -33,6 +33,10 @@ struct BinProblem {
   std::vector<std::size_t> calibrated_films;        // indices into `starts`
 };
 
+// Throws datasets::InputError for a bin of particles that are no plates: nothing else is measured
+// of it.
+void require_plates(const datasets::Experiment& experiment);
+
 // `tracks` are the replicates' full tracks, in the order of the experiment file. Held out is what
 // the file says; where it says nothing, orifices narrower than six particle diameters, whose flow
 // arches (thesis 4.3.3), as long as two wider ones remain. Throws datasets::InputError for an

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
 #include <cmath>
+#include <limits>
 
 #include "calibrate/bin_simulator.h"
 #include "calibrate/hypothesis_tests.h"
@@ -37,8 +38,9 @@ std::vector<double> rates_of(const std::vector<FilmedBin>& bins, double orifice)
   return rates;
 }
 
+// NaN where there is none: an orifice at which everything jammed has no rate.
 double mean_of(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : summarise(values).mean;
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : summarise(values).mean;
 }
 
 Probability jams_of(const std::vector<FilmedBin>& bins, double orifice) {
@@ -154,9 +156,10 @@ class BinScorer {
     OrificeComparison row{.orifice = orifice.orifice};
     row.held_out = problem_.starts[orifice.films.front()].held_out;
     const std::vector<FilmedBin>& films = problem_.all->films();
-    row.filmed = mean_of(rates_of(films, row.orifice));
+    const std::vector<double> filmed_rates = rates_of(films, row.orifice);
+    row.filmed = mean_of(filmed_rates);
     row.film_error = problem_.all->scatter().relative_rate * row.filmed /
-                     std::sqrt(static_cast<double>(orifice.films.size()));
+                     std::sqrt(static_cast<double>(filmed_rates.size()));
     const std::vector<double> rates = rates_of(simulated_, row.orifice);
     row.simulated = mean_of(rates);
     if (rates.size() > 1)
@@ -183,7 +186,7 @@ class BinScorer {
     for (const OrificeMean& orifice : problem_.all->orifices()) {
       const double whole = mean_of(rates_of(simulated_, orifice.orifice));
       const double half = mean_of(rates_of(halved_, orifice.orifice));
-      if (whole <= 0.0 || half <= 0.0) continue;
+      if (!(whole > 0.0 && half > 0.0)) continue;
       change += half / whole - 1.0;
       ++orifices;
     }
@@ -231,7 +234,7 @@ class BinScorer {
     result_.simulated_modulus = simulated_modulus(problem_.starts.front());
     int calibrated = 0;
     for (const OrificeComparison& row : result_.orifices) {
-      if (row.held_out || row.filmed <= 0.0) continue;
+      if (row.held_out || !(row.filmed > 0.0) || std::isnan(row.error())) continue;
       result_.mean_signed_error += row.error() / row.filmed;
       ++calibrated;
     }

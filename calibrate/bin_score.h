@@ -22,8 +22,9 @@ Probability probability_of(int happened, int runs);
 struct OrificeComparison {
   double orifice = 0.0;  // m
   bool held_out = false;
-  double filmed = 0.0;     // kg/s; mean over films that did not jam
-  double simulated = 0.0;  // kg/s; mean over fresh runs that did not jam
+  // Means over those that did not jam, kg/s; NaN where all did
+  double filmed = 0.0;     // over films
+  double simulated = 0.0;  // over fresh runs
   // Standard uncertainties, kg/s: scatter of films and of runs, what the parameters' uncertainty
   // does, and the change from half the time step.
   double film_error = 0.0;

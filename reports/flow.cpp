@@ -23,6 +23,11 @@ bool is_resolved(const Json& row) {
          coverage * number(row, {"validation_uncertainty_kg_per_s"});
 }
 
+std::string verdict_on(const Json& row) {
+  if (!std::isfinite(number(row, {"error_kg_per_s"}))) return "jammed: no rates to compare";
+  return is_resolved(row) ? "differs" : "no difference resolved";
+}
+
 std::string jam_text(const Json& jams) {
   return fmt::format("{} of {} ({} to {})",
                      count(number(jams, {"jams"})),
@@ -51,7 +56,7 @@ TableView rate_table(const Json& rows) {
                    grams_per_second(error),
                    percent(100.0 * error / filmed),
                    grams_per_second(coverage * number(row, {"validation_uncertainty_kg_per_s"})),
-                   is_resolved(row) ? "differs" : "no difference resolved"});
+                   verdict_on(row)});
   }
   return table;
 }
@@ -262,12 +267,16 @@ std::vector<std::string> flow_sentences(const RunData& data) {
   if (rows.empty()) return {};
   std::vector<std::string> sentences;
   for (const bool held_out : {false, true}) {
-    std::vector<std::string> widths, differing;
+    std::vector<std::string> widths, differing, jammed;
     double largest = 0.0;
     for (const Json& row : rows) {
       if ((at(row, {"held_out"}) == true) != held_out) continue;
       widths.push_back(millimetres(number(row, {"orifice_m"})));
       const double relative = number(row, {"error_kg_per_s"}) / number(row, {"filmed_kg_per_s"});
+      if (!std::isfinite(relative)) {
+        jammed.push_back(millimetres(number(row, {"orifice_m"})));
+        continue;
+      }
       if (std::abs(relative) > std::abs(largest)) largest = relative;
       if (is_resolved(row))
         differing.push_back(fmt::format(
@@ -282,15 +291,20 @@ std::vector<std::string> flow_sentences(const RunData& data) {
                          "saw.",
                          joined(widths))
                    : fmt::format("Fitted to the flow through {}.", joined(widths));
-    sentence +=
-        differing.empty()
-            ? fmt::format(
-                  " No rate differs from the films by more than twice the uncertainty of the "
-                  "comparison; the largest difference is {} %.",
-                  decimal(100.0 * largest, 1))
-            : fmt::format(
-                  " Rates differ by more than twice the uncertainty of the comparison at {}.",
-                  joined(differing));
+    if (jammed.size() < widths.size()) {
+      sentence +=
+          differing.empty()
+              ? fmt::format(
+                    " No rate differs from the films by more than twice the uncertainty of the "
+                    "comparison; the largest difference is {} %.",
+                    decimal(100.0 * largest, 1))
+              : fmt::format(
+                    " Rates differ by more than twice the uncertainty of the comparison at {}.",
+                    joined(differing));
+    }
+    if (!jammed.empty())
+      sentence +=
+          fmt::format(" Nothing flowed steadily at {}: no rate is compared there.", joined(jammed));
     sentences.push_back(std::move(sentence));
   }
   sentences.emplace_back(

@@ -63,22 +63,13 @@ Emptied empty_bin(const datasets::SceneFile& file,
   result.completed = run.status == sim::RunStatus::completed && run.reached_event;
   if (!result.completed) return result;
   const datasets::Trajectories tracks = planar_tracks(run);
-  std::size_t event = 0;
-  while (event + 1 < tracks.frames() && tracks.time[event] < 0.0) ++event;
-  result.fraction = calibrate::measure_bed(tracks, event, rig).solid_fraction;
-  const calibrate::Discharge discharge = calibrate::measure_discharge(tracks, rig);
-  result.pauses = static_cast<int>(calibrate::find_arching(discharge, rig).pauses.size());
-  const auto steady = calibrate::steady_rate(discharge, rig);
+  const calibrate::BinMeasurement bin = calibrate::measure_bin(tracks, rig);
+  result.fraction = bin.at_rest.solid_fraction;
+  result.pauses = static_cast<int>(calibrate::find_arching(bin.discharge, rig).pauses.size());
+  const auto steady = calibrate::steady_rate(bin.discharge, rig);
   if (!steady) return result;
   result.rate = steady->rate;
-  double sum = 0.0;
-  int frames = 0;
-  for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
-    if (tracks.time[frame] < steady->from || tracks.time[frame] > steady->to) continue;
-    sum += calibrate::measure_bed(tracks, frame, rig).areal_density;
-    ++frames;
-  }
-  if (frames > 0) result.density = sum / frames;
+  result.density = bin.flowing_density;
   return result;
 }
 
