@@ -86,11 +86,10 @@ double leave_one_out_percent(std::span<const datasets::Trajectories> replicates,
                              Critical critical) {
   if (replicates.size() < 3) return std::numeric_limits<double>::quiet_NaN();
   double sum = 0.0;
-  std::vector<int> weights(replicates.size(), 1);
   for (std::size_t left_out = 0; left_out < replicates.size(); ++left_out) {
-    weights[left_out] = 0;
-    sum += agreement(measure(replicates, weights), replicates[left_out], critical).percent;
-    weights[left_out] = 1;
+    std::vector<datasets::Trajectories> others(replicates.begin(), replicates.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+    sum += agreement(measure(others), replicates[left_out], critical).percent;
   }
   return sum / static_cast<double>(replicates.size());
 }

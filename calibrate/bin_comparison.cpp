@@ -314,4 +314,14 @@ std::vector<std::vector<double>> BinComparison::draw_objectives(
 
 double BinComparison::significance() const { return student_t_quantile(0.975, scatter_.freedom); }
 
+// Films and seeds are drawn as pairs and cannot be told apart: the whole deviation is allowed,
+// which is more than 95 % asks for.
+double BinComparison::allowed_excess(const Evaluation& best,
+                                     const Evaluation& evaluation,
+                                     double roughness,
+                                     const BootstrapOptions& options) const {
+  return significance() * std::hypot(difference_deviation(*this, best, evaluation, options),
+                                     roughness * std::hypot(best.objective, evaluation.objective));
+}
+
 }  // namespace graintruth::calibrate

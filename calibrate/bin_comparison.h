@@ -64,6 +64,10 @@ class BinComparison final : public Comparison {
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
                                                    const BootstrapOptions& options) const override;
   double significance() const override;
+  double allowed_excess(const Evaluation& best,
+                        const Evaluation& evaluation,
+                        double roughness,
+                        const BootstrapOptions& options) const override;
 
   // Shares of J at these runs: rates, remaining, velocities.
   struct Shares {

@@ -18,6 +18,7 @@ struct Evaluation {
   double time_step_fraction = 0.0;
   std::vector<SimulatedRun> runs;
   int failed = 0;          // runs that did not complete
+  int retried = 0;         // runs that completed at half the time step only
   double objective = 0.0;  // of all runs together
   double seconds = 0.0;    // processor time of its simulations
 };
@@ -52,7 +53,20 @@ class Comparison {
   // Student's t for the replicates there are, times sqrt(n / (n - 1)) because n replicates drawn
   // from n vary too little (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015).
   virtual double significance() const = 0;
+  // By how much `evaluation` may be worse than `best`, the lowest of all, before its parameters can
+  // be told from the true ones at 95 %. `roughness` is the relative standard deviation of the
+  // objective from one parameter set to the next beyond what seeds explain.
+  virtual double allowed_excess(const Evaluation& best,
+                                const Evaluation& evaluation,
+                                double roughness,
+                                const BootstrapOptions& options) const = 0;
 };
+
+// Standard deviation over draws of the difference between the objectives of two evaluations.
+double difference_deviation(const Comparison& comparison,
+                            const Evaluation& first,
+                            const Evaluation& second,
+                            const BootstrapOptions& options);
 
 // Jackknife standard error from n delete-one values: sqrt((n - 1)/n sum (v_i - mean)^2), Efron and
 // Stein (1981).

@@ -47,10 +47,10 @@ sim::SimulationOptions simulation_options(const datasets::Experiment& experiment
   return options;
 }
 
-SimulatedRun simulate(const datasets::Experiment& experiment,
-                      const StartPoses& starts,
-                      const DemSimulatorOptions& options,
-                      const SimulationRequest& request) {
+SimulatedRun simulate_particles(const datasets::Experiment& experiment,
+                                const StartPoses& starts,
+                                const DemSimulatorOptions& options,
+                                const SimulationRequest& request) {
   const std::vector<double> times =
       measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
   SimulatedRun run;
@@ -95,7 +95,9 @@ Simulator make_dem_simulator(const datasets::Experiment& experiment,
                              const StartPoses& starts,
                              const DemSimulatorOptions& options) {
   return [experiment, starts, options](const SimulationRequest& request) {
-    return simulate(experiment, starts, options, request);
+    SimulatedRun run = simulate_particles(experiment, starts, options, request);
+    run.trajectories = compared_part(std::move(run.trajectories), experiment.measurement.compared);
+    return run;
   };
 }
 

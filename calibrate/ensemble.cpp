@@ -42,16 +42,6 @@ void parallel_for(int count, int jobs, const std::function<void(int)>& task) {
   if (failure) std::rethrow_exception(failure);
 }
 
-double jackknife_error(std::span<const double> values) {
-  const auto n = static_cast<double>(values.size());
-  if (values.size() < 2) return 0.0;
-  double mean = 0.0;
-  for (const double value : values) mean += value / n;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return std::sqrt((n - 1.0) / n * squares);
-}
-
 std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpose, int count) {
   std::uint64_t base = mixed(seed);
   for (const char c : purpose) base = mixed(base ^ static_cast<unsigned char>(c));
@@ -71,6 +61,19 @@ Ensemble::Ensemble(std::vector<Scene> scenes,
       comparison_(std::move(comparison)),
       jobs_(jobs) {}
 
+SimulatedRun Ensemble::simulate(const Simulator& simulator, const SimulationRequest& request) {
+  SimulatedRun run = simulator(request);
+  if (run.status != RunStatus::unstable) return run;
+  SimulationRequest finer = request;
+  finer.time_step_fraction = 0.5 * request.time_step_fraction;
+  SimulatedRun again = simulator(finer);
+  if (again.status != RunStatus::completed) return run;
+  again.message =
+      "unstable at the time step asked for (" + run.message + "), completed at half of it";
+  again.seconds += run.seconds;
+  return again;
+}
+
 SimulatedRun Ensemble::run_once(const std::string& stage,
                                 std::size_t scene,
                                 const SimulationRequest& request,
@@ -81,7 +84,8 @@ SimulatedRun Ensemble::run_once(const std::string& stage,
     return *std::move(known);
   }
   from_journal = false;
-  JournalRow row{.problem = problem, .stage = stage, .request = request, .run = simulator(request)};
+  JournalRow row{
+      .problem = problem, .stage = stage, .request = request, .run = simulate(simulator, request)};
   ++simulated_;
   const RunScore score = comparison_->score_run(row.run, scene);
   row.objective = score.objective;
@@ -93,6 +97,7 @@ SimulatedRun Ensemble::run_once(const std::string& stage,
 void Ensemble::summarise(Evaluation& evaluation) const {
   for (const SimulatedRun& run : evaluation.runs) {
     evaluation.failed += run.status != RunStatus::completed;
+    evaluation.retried += run.status == RunStatus::completed && !run.message.empty();
     evaluation.seconds += run.seconds;
   }
   evaluation.objective = comparison_->objective(evaluation.runs);

@@ -32,7 +32,8 @@ struct Scene {
 
 class Ensemble {
  public:
-  // An evaluation simulates every scene with every seed, on `jobs` threads at most.
+  // An evaluation simulates every scene with every seed, on `jobs` threads at most. A run that
+  // becomes unstable is tried once more at half the time step.
   Ensemble(std::vector<Scene> scenes,
            Journal& journal,
            std::shared_ptr<const Comparison> comparison,
@@ -51,6 +52,7 @@ class Ensemble {
   int simulated() const { return simulated_; }
 
  private:
+  static SimulatedRun simulate(const Simulator& simulator, const SimulationRequest& request);
   SimulatedRun run_once(const std::string& stage,
                         std::size_t scene,
                         const SimulationRequest& request,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "datasets/experiment.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::calibrate {
@@ -43,12 +44,32 @@ struct Band {
 // Times of the comparison, s: 0, interval, 2 interval, ...
 std::vector<double> measurement_times(double interval, int frames);
 
-// Mean and spread over repeats that share their times. `weights` counts how often each repeat
-// enters (a bootstrap draw); empty counts each once.
-Band measure(std::span<const datasets::Trajectories> repeats, std::span<const int> weights = {});
+// What is compared of these tracks: themselves, or the height of the heap as the z of a single body
+// whose x and angle are not seen. The heap is as high as its highest particle's centre.
+datasets::Trajectories compared_part(datasets::Trajectories tracks, datasets::Compared compared);
+
+// Mean and spread over repeats that share their times.
+Band measure(std::span<const datasets::Trajectories> repeats);
 
 // The mean track over repeats: what a Band holds as means, as trajectories.
 datasets::Trajectories mean_track(const Band& band);
+
+// Mean tracks of the same repeats under many weightings, as a bootstrap needs them: what does not
+// depend on the weights (sines and cosines) is computed once.
+class WeightedMeans {
+ public:
+  // The repeats must outlive it.
+  explicit WeightedMeans(std::span<const datasets::Trajectories> repeats);
+  // `weights` counts how often each repeat enters; each once gives mean_track(measure(repeats)).
+  datasets::Trajectories mean(std::span<const int> weights) const;
+
+ private:
+  struct Direction {
+    double sine, cosine;  // of twice the angle
+  };
+  std::span<const datasets::Trajectories> repeats_;
+  std::vector<std::vector<Direction>> directions_;  // of every pose of every repeat
+};
 
 // Root of the mean over particles and frames of the squared distance of positions, m. Unseen ones
 // are left out.

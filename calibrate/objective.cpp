@@ -75,20 +75,20 @@ HalfWidths smooth_half_widths(const Band& replicates,
   return widths;
 }
 
-double objective(const Band& replicates,
+double objective(const datasets::Trajectories& replicate_mean,
                  const HalfWidths& widths,
                  const datasets::Trajectories& simulated_mean) {
   double sum = 0.0;
   std::size_t count = 0;
-  for (std::size_t i = 0; i < replicates.spreads.size(); ++i) {
-    const std::size_t first = i % static_cast<std::size_t>(replicates.particles);
+  for (std::size_t i = 0; i < replicate_mean.poses.size(); ++i) {
+    const std::size_t first = i % static_cast<std::size_t>(replicate_mean.particles);
     for (const Quantity quantity : quantities) {
-      const auto q = static_cast<std::size_t>(quantity);
-      const Spread& measured = replicates.spreads[i][q];
-      if (!(widths.half_width[i][q] > 0.0) || measured.count == 0) continue;
+      const double half_width = widths.half_width[i][static_cast<std::size_t>(quantity)];
+      if (!(half_width > 0.0)) continue;
+      const double measured = value_of(replicate_mean.poses[i], quantity);
       double simulated = value_of(simulated_mean.poses[i], quantity);
-      if (!std::isfinite(simulated)) simulated = replicates.spreads[first][q].mean;
-      const double z = difference(quantity, simulated, measured.mean) / widths.half_width[i][q];
+      if (!std::isfinite(simulated)) simulated = value_of(replicate_mean.poses[first], quantity);
+      const double z = difference(quantity, simulated, measured) / half_width;
       if (!std::isfinite(z)) continue;
       sum += pseudo_huber(z);
       ++count;
@@ -97,10 +97,10 @@ double objective(const Band& replicates,
   return count == 0 ? 0.0 : sum / static_cast<double>(count);
 }
 
-double objective_of_rest(const Band& replicates, const HalfWidths& widths) {
-  datasets::Trajectories nothing =
-      datasets::make_trajectories(replicates.frames(), replicates.particles, false);
-  return objective(replicates, widths, nothing);
+double objective_of_rest(const datasets::Trajectories& replicate_mean, const HalfWidths& widths) {
+  const datasets::Trajectories nothing =
+      datasets::make_trajectories(replicate_mean.frames(), replicate_mean.particles, false);
+  return objective(replicate_mean, widths, nothing);
 }
 
 }  // namespace graintruth::calibrate

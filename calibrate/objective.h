@@ -34,11 +34,11 @@ HalfWidths smooth_half_widths(const Band& replicates,
 
 // J of the text above; never NaN. Where the simulation has no value the distance counts as that of
 // a particle that stayed at its measured first place.
-double objective(const Band& replicates,
+double objective(const datasets::Trajectories& replicate_mean,
                  const HalfWidths& widths,
                  const datasets::Trajectories& simulated_mean);
 
 // J of a model in which nothing moves: what a simulation scores that did not complete.
-double objective_of_rest(const Band& replicates, const HalfWidths& widths);
+double objective_of_rest(const datasets::Trajectories& replicate_mean, const HalfWidths& widths);
 
 }  // namespace graintruth::calibrate

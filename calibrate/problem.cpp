@@ -151,7 +151,8 @@ Problem make_problem(const datasets::Experiment& experiment,
       measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
   std::vector<datasets::Trajectories> replicates;
   for (const datasets::Trajectories& track : tracks)
-    replicates.push_back(datasets::sample(track, times));
+    replicates.push_back(
+        compared_part(datasets::sample(track, times), experiment.measurement.compared));
   problem.comparison = std::make_shared<TrackComparison>(std::move(replicates));
   problem.starts = measure_starts(tracks);
   for (std::size_t particle = 0; particle < problem.starts.mean.size(); ++particle) {

@@ -85,9 +85,30 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
                        {"noise", result.objective_noise},
                        {"search_seeds", options.search_seeds},
                        {"stop_reason", result.stop_reason}};
+  if (const auto& quality = result.surrogate) {
+    json["surrogate"] = {{"leave_one_out_error", quality->leave_one_out_error},
+                         {"value_spread", quality->value_spread},
+                         {"roughness", quality->roughness}};
+  }
+  json["posterior"] = {{"effective_size", result.posterior_effective_size}};
+  for (const PosteriorMarginal& one : result.posterior) {
+    json["posterior"][one.name] = {{"mean", one.mean},
+                                   {"standard_deviation", one.standard_deviation},
+                                   {"lower", one.credible.lower},
+                                   {"upper", one.credible.upper}};
+  }
+  json["trade_offs"] = Json::array();
+  for (const TradeOff& trade_off : result.trade_offs) {
+    json["trade_offs"].push_back({{"first", trade_off.first},
+                                  {"second", trade_off.second},
+                                  {"direction", {trade_off.first_share, trade_off.second_share}},
+                                  {"half_length", trade_off.half_length},
+                                  {"correlation", trade_off.correlation}});
+  }
   json["evaluations"] = result.evaluations.size();
   json["simulations"] = result.simulations;
   json["failed"] = result.failed;
+  json["retried"] = result.retried;
   json["warnings"] = result.warnings;
 }
 

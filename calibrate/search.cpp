@@ -28,6 +28,38 @@ constexpr double basin_distance = 0.25;  // of a range; closer starts would find
 constexpr std::array<double, 2> effect_levels = {
     0.0, 1.0};  // ends of the range, beside the best point itself
 
+struct Change {
+  double size;   // of the objective
+  double noise;  // what other replicates and seeds could explain of it
+};
+
+double largest_allowed_excess(std::span<const Profile> profiles) {
+  double largest = 0.0;
+  for (const Profile& profile : profiles) {
+    for (const ProfilePoint& point : profile.points)
+      largest = std::max(largest, point.excess.allowed);
+  }
+  return largest;
+}
+
+PosteriorMarginal marginal(const ParameterSpace& space,
+                           const Posterior& posterior,
+                           std::size_t dimension) {
+  PosteriorMarginal one{.name = space.tuned()[dimension].name};
+  std::vector<double> values;
+  for (const UnitPoint& draw : posterior.draws)
+    values.push_back(value_of(space.from_unit(draw), one.name));
+  std::sort(values.begin(), values.end());
+  const auto n = static_cast<double>(values.size());
+  for (const double value : values) one.mean += value / n;
+  for (const double value : values)
+    one.standard_deviation += (value - one.mean) * (value - one.mean) / (n - 1.0);
+  one.standard_deviation = std::sqrt(one.standard_deviation);
+  const std::size_t tail = values.size() / 40;
+  one.credible = {values[tail], values[values.size() - 1 - tail]};
+  return one;
+}
+
 // Largest difference of any coordinate.
 double distance_between(const UnitPoint& a, const UnitPoint& b) {
   double distance = 0.0;
@@ -107,6 +139,7 @@ void Search::count(std::span<const Evaluation> evaluations) {
   for (const Evaluation& evaluation : evaluations) {
     result_.simulations += static_cast<int>(evaluation.runs.size());
     result_.failed += evaluation.failed;
+    result_.retried += evaluation.retried;
   }
   if (result_.simulations >= 2 * static_cast<int>(ensemble_.scenes()) * options_.search_seeds &&
       result_.failed > options_.allowed_failures * result_.simulations) {
@@ -233,18 +266,22 @@ bool Search::has_effect(CalibratedParameter& parameter) {
           parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
     }
     const std::vector<Evaluation> tried = search("effects", places);
-    std::vector<Excess> changes;
+    // What each end changes, and what other replicates and seeds could make of that
+    std::vector<Change> changes;
     for (std::size_t i = 0; i < bases.size(); ++i) {
-      changes.push_back(excess_over(ensemble_.comparison(), bases[i], tried[i], bootstrap()));
+      changes.push_back(
+          {std::abs(tried[i].objective - bases[i].objective),
+           ensemble_.comparison().significance() *
+               difference_deviation(ensemble_.comparison(), bases[i], tried[i], bootstrap())});
     }
-    std::sort(changes.begin(), changes.end(), [](const Excess& a, const Excess& b) {
-      return std::abs(a.objective) < std::abs(b.objective);
+    std::sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) {
+      return a.size < b.size;
     });
-    const Excess& typical = changes[changes.size() / 2];
-    shows = shows || std::abs(typical.objective) > typical.allowed;
-    if (std::abs(typical.objective) < parameter.effect) continue;
-    parameter.effect = std::abs(typical.objective);
-    parameter.effect_noise = typical.allowed;
+    const Change& typical = changes[changes.size() / 2];
+    shows = shows || typical.size > typical.noise;
+    if (typical.size < parameter.effect) continue;
+    parameter.effect = typical.size;
+    parameter.effect_noise = typical.noise;
   }
   return shows;
 }
@@ -252,7 +289,7 @@ bool Search::has_effect(CalibratedParameter& parameter) {
 std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const {
   const ParameterSpace box(experiment_.tuned, bench_parameters(experiment_));
   const std::vector<Evaluation> candidates =
-      compatible_with(ensemble_.comparison(), best(), result_.evaluations, bootstrap());
+      compatible_with(ensemble_.comparison(), best(), result_.evaluations, 0.0, bootstrap());
   std::vector<Evaluation> chosen = {best()};
   while (chosen.size() < count) {
     const Evaluation* farthest = nullptr;
@@ -359,6 +396,17 @@ void Search::find_uncertainty() {
       result_.evaluations,
       [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
       {.bootstrap = bootstrap()});
+  surrogate_.emplace(fit_surrogate(ensemble_.comparison(), result_.evaluations, space_));
+  result_.surrogate = {
+      surrogate_->leave_one_out_error(), surrogate_->value_spread(), surrogate_->roughness()};
+  const double allowed = largest_allowed_excess(result_.profiles);
+  if (!(allowed > 0.0)) return;
+  const Posterior posterior = draw_posterior(
+      *surrogate_, surrogate_minimum(*surrogate_, space_.dimension()), allowed, options_.seed);
+  for (std::size_t d = 0; d < space_.dimension(); ++d)
+    result_.posterior.push_back(marginal(space_, posterior, d));
+  result_.posterior_effective_size = posterior.effective_size;
+  result_.trade_offs = find_trade_offs(space_, posterior);
 }
 
 // 7. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
@@ -367,10 +415,9 @@ void Search::find_uncertainty() {
 void Search::choose() {
   result_.parameters = space_.from_unit(UnitPoint(space_.dimension(), 0.5));
   if (space_.dimension() > 0) {
-    const Surrogate surrogate = fit_surrogate(ensemble_.comparison(), result_.evaluations, space_);
     const std::vector<EvaluationPoint> candidates = {
         {space_.from_unit(space_.to_unit(best().parameters)), result_.time_step.fraction},
-        {space_.from_unit(surrogate_minimum(surrogate, space_.dimension())),
+        {space_.from_unit(surrogate_minimum(*surrogate_, space_.dimension())),
          result_.time_step.fraction}};
     const auto seeds = make_seeds(
         options_.seed, "choice", choice_seeds_per_confirmation * options_.confirmation_seeds);
@@ -400,12 +447,20 @@ SearchResult Search::finish() {
                       parameter.bench));
     }
   }
+  for (const TradeOff& trade_off : result_.trade_offs)
+    result_.warnings.push_back(words_on(trade_off));
   if (result_.failed > 0) {
     result_.warnings.push_back(
         fmt::format("{} of {} simulations did not complete and were scored as a model in which "
                     "nothing moves.",
                     result_.failed,
                     result_.simulations));
+  }
+  if (result_.retried > 0) {
+    result_.warnings.push_back(fmt::format(
+        "{} of {} simulations became unstable and were run again at half the time step.",
+        result_.retried,
+        result_.simulations));
   }
   return std::move(result_);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibrate/ensemble.h"
+#include "calibrate/identifiability.h"
 #include "calibrate/time_step_gate.h"
 #include "calibrate/uncertainty.h"
 
@@ -57,6 +58,21 @@ struct StageTime {
   double seconds = 0.0;
 };
 
+// How well the surrogate knows the logarithm of the objective.
+struct SurrogateQuality {
+  double leave_one_out_error = 0.0;  // root mean square, of evaluations that it was not shown
+  double value_spread = 0.0;         // standard deviation of all evaluations
+  double roughness = 0.0;            // see Surrogate::roughness
+};
+
+// One parameter over the posterior's draws.
+struct PosteriorMarginal {
+  std::string name;
+  double mean = 0.0;
+  double standard_deviation = 0.0;
+  Interval credible;  // 95 %, equal tails
+};
+
 struct SearchResult {
   ParameterSet parameters;
   std::vector<CalibratedParameter> calibrated;
@@ -64,9 +80,14 @@ struct SearchResult {
   double objective_noise = 0.0;         // of the confirmed parameters
   std::vector<Evaluation> evaluations;  // of the search, in order
   std::string stop_reason;
-  std::vector<Profile> profiles;  // of the identified parameters
+  std::vector<Profile> profiles;             // of the identified parameters
+  std::vector<PosteriorMarginal> posterior;  // of the identified parameters, on the surrogate
+  double posterior_effective_size = 0.0;
+  std::vector<TradeOff> trade_offs;
+  std::optional<SurrogateQuality> surrogate;  // none where nothing was tuned
   int simulations = 0;
   int failed = 0;
+  int retried = 0;  // at half the time step
   std::vector<std::string> warnings;
   std::vector<StageTime> stages;
 };
@@ -134,6 +155,7 @@ class Search {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
+  std::optional<Surrogate> surrogate_;  // of all evaluations of the search, once it is over
   std::string stage_;
   double cost_ = 0.0;
   SearchResult result_;

@@ -26,7 +26,7 @@ struct SimulationRequest {
 
 struct SimulatedRun {
   RunStatus status = RunStatus::completed;
-  std::string message;                  // one sentence where the run did not complete
+  std::string message;  // one sentence where the run did not complete, or not at the step asked for
   datasets::Trajectories trajectories;  // at the times of the measurement; unseen after a bad end
   BinMeasurement bin;      // where particles run out of a bin, in place of trajectories
   double time_step = 0.0;  // s

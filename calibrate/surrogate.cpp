@@ -5,7 +5,11 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_01.hpp>
 #include <cmath>
-#include <openturns/OT.hxx>
+#include <openturns/ConstantBasisFactory.hxx>
+#include <openturns/KrigingAlgorithm.hxx>
+#include <openturns/Log.hxx>
+#include <openturns/MaternModel.hxx>
+#include <openturns/SobolSequence.hxx>
 
 namespace graintruth::calibrate {
 
@@ -46,6 +50,7 @@ struct Surrogate::Fit {
   OT::CovarianceModel covariance;
   Eigen::MatrixXd inverse;   // of K = C(points, points) + noise^2
   Eigen::RowVectorXd trend;  // 1' K^-1 / (1' K^-1 1): weights of the constant trend
+  double roughness = 0.0;
 };
 
 namespace {
@@ -113,7 +118,8 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
   // particles take another turn. That roughness is one more independent error of each value; its
   // size is the likeliest of a few.
   constexpr std::array<double, 6> roughness = {
-      0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // of the values' spread
+      0.0, 0.03, 0.06, 0.12, 0.25, 0.5};      // of the values' spread
+  constexpr double worth_a_roughness = 1.92;  // chi-squared(0.95, 1) / 2: else there is none
   bool is_first = true;
   double best = 0.0;
   for (const double share : roughness) {
@@ -121,12 +127,14 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
     for (std::size_t i = 0; i < noise.size(); ++i)
       variance[i] = noise[i] * noise[i] + std::pow(share * spread, 2);
     Candidate candidate = fit_candidate(inputs, fit_->values, variance, spread);
-    if (!is_first && !(candidate.log_likelihood > best)) continue;
+    const double likelihood = candidate.log_likelihood - (share > 0.0 ? worth_a_roughness : 0.0);
+    if (!is_first && !(likelihood > best)) continue;
     is_first = false;
-    best = candidate.log_likelihood;
+    best = likelihood;
     fit_->covariance = candidate.covariance;
     fit_->inverse = std::move(candidate.inverse);
     fit_->trend = std::move(candidate.trend);
+    fit_->roughness = share * spread;
   }
 }
 
@@ -159,6 +167,8 @@ std::vector<Surrogate::Prediction> Surrogate::predict(std::span<const UnitPoint>
   }
   return predictions;
 }
+
+double Surrogate::roughness() const { return fit_->roughness; }
 
 double Surrogate::leave_one_out_error() const {
   // e_i = [K^-1 (y - mu)]_i / [K^-1]_ii, Dubrule (1983), with the trend held.

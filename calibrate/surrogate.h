@@ -33,6 +33,10 @@ class Surrogate {
   };
   std::vector<Prediction> predict(std::span<const UnitPoint> places) const;
 
+  // Standard deviation of an independent error of each value beyond its noise: how rough the
+  // values are from one place to the next.
+  double roughness() const;
+
   // Root mean square error of leave-one-out predictions, and the standard deviation of the values:
   // how much of the variation the surrogate explains.
   double leave_one_out_error() const;

@@ -20,7 +20,7 @@ TimeStepRow row_of(const Comparison& comparison, const Evaluation& at, const Eva
                   .change = std::numeric_limits<double>::quiet_NaN(),
                   .noise = std::numeric_limits<double>::quiet_NaN(),
                   .seconds = at.seconds,
-                  .failed = at.failed};
+                  .failed = at.failed + at.retried};
   if (at_half == nullptr) return row;
   row.change = at.objective - at_half->objective;
   row.noise = std::hypot(comparison.noise(at.runs), comparison.noise(at_half->runs));

@@ -15,7 +15,7 @@ struct TimeStepRow {
   double change = 0.0;   // objective here minus that at half the step; NaN at the smallest
   double noise = 0.0;    // standard error of that change if both had seeds of their own
   double seconds = 0.0;  // processor time
-  int failed = 0;
+  int failed = 0;        // runs that did not complete at this very step
 };
 
 struct TimeStepChoice {

@@ -4,6 +4,7 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
+#include <optional>
 
 #include "calibrate/agreement.h"
 #include "calibrate/ensemble.h"
@@ -26,12 +27,33 @@ bool spread_over_two(const std::vector<int>& weights) {
   return std::count_if(weights.begin(), weights.end(), [](int weight) { return weight > 0; }) > 1;
 }
 
-double objective_of(const Target& target,
-                    std::span<const datasets::Trajectories> tracks,
-                    std::span<const int> weights) {
-  return calibrate::objective(
-      target.replicates, target.widths, mean_track(measure(tracks, weights)));
-}
+// Mean tracks over the completed runs of an evaluation, for many weightings of its seeds.
+class RunMeans {
+ public:
+  explicit RunMeans(const Evaluation& evaluation)
+      : tracks_(completed_tracks(evaluation.runs)), means_(tracks_) {
+    for (const SimulatedRun& run : evaluation.runs)
+      is_completed_.push_back(run.status == RunStatus::completed);
+  }
+  RunMeans(const RunMeans&) = delete;
+  RunMeans& operator=(const RunMeans&) = delete;
+
+  // Nothing where no run of those drawn completed.
+  std::optional<datasets::Trajectories> mean(std::span<const int> weights) const {
+    std::vector<int> of_completed;
+    for (std::size_t i = 0; i < is_completed_.size(); ++i) {
+      if (is_completed_[i]) of_completed.push_back(weights[i]);
+    }
+    if (std::none_of(of_completed.begin(), of_completed.end(), [](int w) { return w > 0; }))
+      return std::nullopt;
+    return means_.mean(of_completed);
+  }
+
+ private:
+  std::vector<datasets::Trajectories> tracks_;
+  WeightedMeans means_;  // of tracks_
+  std::vector<bool> is_completed_;
+};
 
 }  // namespace
 
@@ -52,22 +74,24 @@ datasets::Trajectories mean_of_runs(std::span<const SimulatedRun> runs) {
 TrackComparison::TrackComparison(std::vector<datasets::Trajectories> replicates)
     : replicates_(std::move(replicates)) {
   target_.replicates = measure(replicates_);
+  target_.mean = mean_track(target_.replicates);
   target_.widths = smooth_half_widths(target_.replicates, replicates_);
 }
 
 double TrackComparison::objective(std::span<const SimulatedRun> runs) const {
   const datasets::Trajectories mean = mean_of_runs(runs);
-  if (mean.poses.empty()) return objective_of_rest(target_.replicates, target_.widths);
-  return calibrate::objective(target_.replicates, target_.widths, mean);
+  if (mean.poses.empty()) return objective_of_rest(target_.mean, target_.widths);
+  return calibrate::objective(target_.mean, target_.widths, mean);
 }
 
 double TrackComparison::noise(std::span<const SimulatedRun> runs) const {
   const std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
+  const WeightedMeans means(tracks);
   std::vector<double> values;
   std::vector<int> weights(tracks.size(), 1);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     weights[i] = 0;
-    values.push_back(objective_of(target_, tracks, weights));
+    values.push_back(calibrate::objective(target_.mean, target_.widths, means.mean(weights)));
     weights[i] = 1;
   }
   return jackknife_error(values);
@@ -75,16 +99,15 @@ double TrackComparison::noise(std::span<const SimulatedRun> runs) const {
 
 RunScore TrackComparison::score_run(const SimulatedRun& run, std::size_t) const {
   if (run.status != RunStatus::completed)
-    return {objective_of_rest(target_.replicates, target_.widths), 0.0};
-  return {calibrate::objective(target_.replicates, target_.widths, run.trajectories),
+    return {objective_of_rest(target_.mean, target_.widths), 0.0};
+  return {calibrate::objective(target_.mean, target_.widths, run.trajectories),
           agreement(target_.replicates, run.trajectories, Critical::student_t).percent};
 }
 
 std::vector<std::vector<double>> TrackComparison::draw_objectives(
     std::span<const Evaluation> evaluations, const BootstrapOptions& options) const {
-  std::vector<std::vector<datasets::Trajectories>> tracks;
-  for (const Evaluation& evaluation : evaluations)
-    tracks.push_back(completed_tracks(evaluation.runs));
+  const WeightedMeans replicate_means(replicates_);
+  const std::vector<RunMeans> run_means(evaluations.begin(), evaluations.end());
   const std::vector<std::uint64_t> seeds = make_seeds(options.seed, "bootstrap", options.draws);
   std::vector<std::vector<double>> drawn(static_cast<std::size_t>(options.draws));
   parallel_for(options.draws, options.jobs, [&](int draw) {
@@ -94,12 +117,14 @@ std::vector<std::vector<double>> TrackComparison::draw_objectives(
     do {
       replicate_weights = draw_weights(replicates_.size(), generator);
     } while (!spread_over_two(replicate_weights));
-    const Target drawn_target{measure(replicates_, replicate_weights), target_.widths};
-    for (const auto& runs : tracks) {
-      const double value =
-          runs.empty() ? objective_of_rest(drawn_target.replicates, target_.widths)
-                       : objective_of(drawn_target, runs, draw_weights(runs.size(), generator));
-      drawn[static_cast<std::size_t>(draw)].push_back(value);
+    const datasets::Trajectories measured = replicate_means.mean(replicate_weights);
+    // The same draw for all evaluations: they share their replicates and their seeds
+    const std::vector<int> run_weights = draw_weights(evaluations.front().runs.size(), generator);
+    for (const RunMeans& runs : run_means) {
+      const auto mean = runs.mean(run_weights);
+      drawn[static_cast<std::size_t>(draw)].push_back(
+          mean ? calibrate::objective(measured, target_.widths, *mean)
+               : objective_of_rest(measured, target_.widths));
     }
   });
   return drawn;
@@ -109,6 +134,36 @@ double TrackComparison::significance() const {
   const auto n = static_cast<double>(replicates_.size());
   return critical_value(Critical::student_t, static_cast<int>(replicates_.size())) *
          std::sqrt(n / (n - 1.0));
+}
+
+// D of the text in the header: the objective of one model's mean as if the other's were measured.
+// What the seeds add to it is taken off by the jackknife's estimate of bias,
+//   D - (n - 1)(mean of delete-one values - D),  Quenouille (1956).
+double TrackComparison::distance(const Evaluation& first, const Evaluation& second) const {
+  const RunMeans first_means(first), second_means(second);
+  const auto without = [&](const std::vector<int>& weights) {
+    const auto from = first_means.mean(weights), to = second_means.mean(weights);
+    return from && to ? calibrate::objective(*from, target_.widths, *to) : 0.0;
+  };
+  const std::size_t n = first.runs.size();
+  std::vector<int> weights(n, 1);
+  const double whole = without(weights);
+  double deleted = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    weights[i] = 0;
+    deleted += without(weights) / static_cast<double>(n);
+    weights[i] = 1;
+  }
+  return std::max(0.0, whole - static_cast<double>(n - 1) * (deleted - whole));
+}
+
+double TrackComparison::allowed_excess(const Evaluation& best,
+                                       const Evaluation& evaluation,
+                                       double roughness,
+                                       const BootstrapOptions& options) const {
+  const double deviation = std::hypot(difference_deviation(*this, best, evaluation, options),
+                                      roughness * std::hypot(best.objective, evaluation.objective));
+  return std::max(0.0, significance() * deviation - distance(evaluation, best));
 }
 
 }  // namespace graintruth::calibrate

@@ -9,6 +9,7 @@ namespace graintruth::calibrate {
 // Replicates' mean and spread, and the half widths of the smooth objective.
 struct Target {
   Band replicates;
+  datasets::Trajectories mean;  // of the replicates
   HalfWidths widths;
 };
 
@@ -28,8 +29,20 @@ class TrackComparison final : public Comparison {
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
                                                    const BootstrapOptions& options) const override;
   double significance() const override;
+  // If `evaluation` had the true parameters, its excess over another model would be -D on average,
+  // D being the excess that the other has when `evaluation` itself is what was measured, and would
+  // vary with replicates and seeds by the bootstrap's deviation S: it is allowed up to t S - D
+  // (Cox's test of separate models, 1962), with the roughness of either objective added to S. Where
+  // the objective is a parabola of curvature H and replicates move its minimum by s, S = H s |p -
+  // p_best| and D = H (p - p_best)^2 / 2, so that |p - p_best| <= t s is left.
+  double allowed_excess(const Evaluation& best,
+                        const Evaluation& evaluation,
+                        double roughness,
+                        const BootstrapOptions& options) const override;
 
  private:
+  double distance(const Evaluation& first, const Evaluation& second) const;
+
   std::vector<datasets::Trajectories> replicates_;
   Target target_;
 };

@@ -7,22 +7,148 @@ namespace graintruth::calibrate {
 
 namespace {
 
-// Standard deviation over draws of the difference between two evaluations.
-double difference_deviation(const std::vector<std::vector<double>>& drawn,
-                            std::size_t i,
-                            std::size_t j) {
-  const auto n = static_cast<double>(drawn.size());
-  double mean = 0.0;
-  for (const auto& draw : drawn) mean += (draw[i] - draw[j]) / n;
-  double squares = 0.0;
-  for (const auto& draw : drawn) squares += std::pow(draw[i] - draw[j] - mean, 2);
-  return std::sqrt(squares / (n - 1.0));
+// So much worse than the best that no bootstrap is needed to tell.
+constexpr double hopeless = 6.0;
+
+// One end of one parameter's interval on its way. Values are those of the unit range.
+struct End {
+  std::size_t dimension;
+  double direction;  // -1 towards the lower bound, +1 towards the upper
+  std::vector<std::pair<double, std::size_t>> tried;  // value, number of the evaluation
+  double allowed = 0.0;  // the largest excess allowed to a compatible value, on either side
+  double inside = 0.0;   // outermost compatible value
+  double outside = 0.0;  // innermost incompatible one beyond it that was tried; else the bound
+  bool bracketed = false;
+
+  double bound() const { return direction < 0.0 ? 0.0 : 1.0; }
+  bool is_beyond(double a, double b) const { return (a - b) * direction > 0.0; }
+  bool is_known(double tolerance) const { return std::abs(outside - inside) <= tolerance; }
+  // Steps that double until the end is bracketed, then bisection.
+  double next(double first_step) const {
+    if (bracketed) return 0.5 * (inside + outside);
+    const double step = first_step * std::pow(2.0, static_cast<double>(tried.size()));
+    return std::clamp(inside + direction * step, 0.0, 1.0);
+  }
+  // A compatible bound leaves the interval open; otherwise the end lies between the last two
+  // values.
+  bool is_open() const { return !bracketed && inside == bound(); }
+  double end() const { return is_open() ? bound() : bracketed ? 0.5 * (inside + outside) : inside; }
+};
+
+// What is known of all evaluations against the best of them.
+struct Standing {
+  std::size_t best = 0;
+  std::vector<Excess> excess;
+};
+
+Standing compare_all(const Comparison& comparison,
+                     std::span<const Evaluation> all,
+                     double roughness,
+                     const BootstrapOptions& options) {
+  Standing standing;
+  standing.best = static_cast<std::size_t>(&best_of(all) - all.data());
+  const Evaluation& best = all[standing.best];
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool is_near = i != standing.best && all[i].objective <= hopeless * best.objective;
+    standing.excess.push_back(is_near ? excess_over(comparison, best, all[i], roughness, options)
+                                      : Excess{all[i].objective - best.objective, 0.0});
+  }
+  return standing;
 }
 
-// A regular grid over the unit cube, fine against any interval that matters; one dimension may be
-// held.
-std::vector<UnitPoint> grid(std::size_t dimension, int fixed, double value) {
-  const int side = dimension == 1 ? 201 : dimension == 2 ? 61 : 25;
+void bracket(const ParameterSpace& space,
+             std::span<const Evaluation> all,
+             const Standing& standing,
+             End& end) {
+  const auto is_compatible = [&](std::size_t i) {
+    return standing.excess[i].objective <= std::max(end.allowed, standing.excess[i].allowed);
+  };
+  end.inside = space.to_unit(all[standing.best].parameters)[end.dimension];
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const double value = space.to_unit(all[i].parameters)[end.dimension];
+    if (is_compatible(i) && end.is_beyond(value, end.inside)) end.inside = value;
+  }
+  end.outside = end.bound();
+  end.bracketed = false;
+  for (const auto& [value, evaluation] : end.tried) {
+    if (is_compatible(evaluation) || !end.is_beyond(value, end.inside)) continue;
+    if (end.bracketed && end.is_beyond(value, end.outside)) continue;
+    end.outside = value;
+    end.bracketed = true;
+  }
+}
+
+// Where parameter `fixed` is at `value`: the others at the surrogate's best; but where the
+// compatible evaluations line up, on their line, because a surrogate does not continue a narrow
+// valley beyond the places that it was shown.
+UnitPoint others_at_their_best(const Surrogate& surrogate,
+                               const ParameterSpace& space,
+                               std::span<const Evaluation> all,
+                               const Standing& standing,
+                               std::size_t fixed,
+                               double value) {
+  constexpr double lined_up = 0.8;  // share of the variance that a straight line explains
+  constexpr std::size_t enough = 4;
+  UnitPoint place = surrogate_minimum(surrogate, space.dimension(), static_cast<int>(fixed), value);
+  std::vector<UnitPoint> compatible;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (standing.excess[i].is_compatible()) compatible.push_back(space.to_unit(all[i].parameters));
+  }
+  if (compatible.size() < enough) return place;
+  const auto n = static_cast<double>(compatible.size());
+  for (std::size_t d = 0; d < space.dimension(); ++d) {
+    if (d == fixed) continue;
+    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+    for (const UnitPoint& point : compatible) {
+      x += point[fixed] / n;
+      y += point[d] / n;
+    }
+    for (const UnitPoint& point : compatible) {
+      xx += (point[fixed] - x) * (point[fixed] - x);
+      xy += (point[fixed] - x) * (point[d] - y);
+      yy += (point[d] - y) * (point[d] - y);
+    }
+    if (xy * xy > lined_up * xx * yy) place[d] = std::clamp(y + xy / xx * (value - x), 0.0, 1.0);
+  }
+  return place;
+}
+
+// The grid around `centre`, one cell of the last grid wide in every dimension that is not `fixed`.
+std::vector<UnitPoint> zoomed_grid(const UnitPoint& centre, int fixed, double cell) {
+  constexpr int side = 9;
+  std::vector<UnitPoint> places = {UnitPoint{}};
+  for (std::size_t d = 0; d < centre.size(); ++d) {
+    std::vector<UnitPoint> longer;
+    const bool is_held = static_cast<int>(d) == fixed;
+    for (const UnitPoint& place : places) {
+      for (int i = 0; i < (is_held ? 1 : side); ++i) {
+        longer.push_back(place);
+        const double offset = is_held ? 0.0 : cell * (2.0 * i / (side - 1) - 1.0);
+        longer.back().push_back(std::clamp(centre[d] + offset, 0.0, 1.0));
+      }
+    }
+    places = std::move(longer);
+  }
+  return places;
+}
+
+int grid_side(std::size_t dimension) { return dimension == 1 ? 201 : dimension == 2 ? 61 : 25; }
+
+// Mean plus standard deviation: a minimum that is promised far from every evaluation is not
+// believed.
+UnitPoint lowest_of(const Surrogate& surrogate, const std::vector<UnitPoint>& places) {
+  const std::vector<Surrogate::Prediction> predictions = surrogate.predict(places);
+  const auto lowest =
+      std::min_element(predictions.begin(), predictions.end(), [](const auto& a, const auto& b) {
+        return a.mean + a.standard_deviation < b.mean + b.standard_deviation;
+      });
+  return places[static_cast<std::size_t>(lowest - predictions.begin())];
+}
+
+}  // namespace
+
+std::vector<UnitPoint> unit_grid(std::size_t dimension, int fixed, double value) {
+  const int side = grid_side(dimension);
   std::vector<UnitPoint> places = {UnitPoint{}};
   for (std::size_t d = 0; d < dimension; ++d) {
     std::vector<UnitPoint> longer;
@@ -38,38 +164,6 @@ std::vector<UnitPoint> grid(std::size_t dimension, int fixed, double value) {
   return places;
 }
 
-// One end of one parameter's interval on its way.
-struct End {
-  std::size_t dimension;
-  double direction;  // -1 towards the lower bound, +1 towards the upper
-  double inside;     // outermost compatible value in the unit range
-  double outside;    // innermost incompatible one beyond it; the bound while none is known
-  bool bracketed = false;
-  double step;
-
-  double bound() const { return direction < 0.0 ? 0.0 : 1.0; }
-  bool is_known(double tolerance) const { return std::abs(outside - inside) <= tolerance; }
-  double next() const {
-    if (bracketed) return 0.5 * (inside + outside);
-    return std::clamp(inside + direction * step, 0.0, 1.0);
-  }
-  void learn(double value, bool is_compatible) {
-    if (is_compatible) {
-      inside = value;
-      step *= 2.0;
-    } else {
-      outside = value;
-      bracketed = true;
-    }
-  }
-  // A compatible bound leaves the interval open; otherwise the end lies between the last two
-  // values.
-  bool is_open() const { return !bracketed && inside == bound(); }
-  double end() const { return is_open() ? bound() : bracketed ? 0.5 * (inside + outside) : inside; }
-};
-
-}  // namespace
-
 const Evaluation& best_of(std::span<const Evaluation> evaluations) {
   return *std::min_element(evaluations.begin(),
                            evaluations.end(),
@@ -79,23 +173,21 @@ const Evaluation& best_of(std::span<const Evaluation> evaluations) {
 Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
+                   double roughness,
                    const BootstrapOptions& options) {
-  const std::vector<Evaluation> both = {reference, evaluation};
   return {evaluation.objective - reference.objective,
-          comparison.significance() *
-              difference_deviation(comparison.draw_objectives(both, options), 0, 1)};
+          comparison.allowed_excess(reference, evaluation, roughness, options)};
 }
 
 std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
+                                        double roughness,
                                         const BootstrapOptions& options) {
-  // So much worse than the reference that no bootstrap is needed to tell.
-  constexpr double hopeless = 6.0;
   std::vector<Evaluation> compatible;
   for (const Evaluation& evaluation : evaluations) {
     if (evaluation.objective > hopeless * reference.objective) continue;
-    if (excess_over(comparison, reference, evaluation, options).is_compatible())
+    if (excess_over(comparison, reference, evaluation, roughness, options).is_compatible())
       compatible.push_back(evaluation);
   }
   return compatible;
@@ -122,15 +214,14 @@ UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             std::size_t dimension,
                             int fixed,
                             double value) {
-  const std::vector<UnitPoint> places = grid(dimension, fixed, value);
-  const std::vector<Surrogate::Prediction> predictions = surrogate.predict(places);
-  // Mean plus standard deviation: a minimum that is promised far from every evaluation is not
-  // believed.
-  const auto lowest =
-      std::min_element(predictions.begin(), predictions.end(), [](const auto& a, const auto& b) {
-        return a.mean + a.standard_deviation < b.mean + b.standard_deviation;
-      });
-  return places[static_cast<std::size_t>(lowest - predictions.begin())];
+  constexpr int zooms = 3;  // each of a quarter of the last grid's cell: valleys can be narrow
+  UnitPoint lowest = lowest_of(surrogate, unit_grid(dimension, fixed, value));
+  double cell = 1.0 / (grid_side(dimension) - 1);
+  for (int zoom = 0; zoom < zooms; ++zoom) {
+    lowest = lowest_of(surrogate, zoomed_grid(lowest, fixed, cell));
+    cell *= 0.25;
+  }
+  return lowest;
 }
 
 std::vector<Profile> profile_parameters(
@@ -140,67 +231,72 @@ std::vector<Profile> profile_parameters(
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options) {
   const Surrogate surrogate = fit_surrogate(comparison, evaluations, space);
-  const Evaluation reference = best_of(evaluations);
-  const UnitPoint centre = space.to_unit(reference.parameters);
-  std::vector<Profile> profiles;
+  std::vector<Evaluation> all(evaluations.begin(), evaluations.end());
   std::vector<End> ends;
   for (std::size_t d = 0; d < space.dimension(); ++d) {
-    const std::string& name = space.tuned()[d].name;
-    profiles.push_back(
-        {.name = name,
-         .points = {{value_of(reference.parameters, name), reference.objective, {}}}});
-    for (const double direction : {-1.0, 1.0}) {
-      ends.push_back({.dimension = d,
-                      .direction = direction,
-                      .inside = centre[d],
-                      .outside = direction < 0.0 ? 0.0 : 1.0,
-                      .step = options.first_step});
-    }
+    for (const double direction : {-1.0, 1.0}) ends.push_back({d, direction, {}});
   }
-
-  for (const Evaluation& evaluation :
-       compatible_with(comparison, reference, evaluations, options.bootstrap)) {
-    const UnitPoint point = space.to_unit(evaluation.parameters);
+  Standing standing;
+  const auto look = [&] {
+    standing = compare_all(comparison, all, surrogate.roughness(), options.bootstrap);
+    // What is allowed is largest where the interval of a parabola ends; nearer to the best and
+    // further out t S - D is less (see TrackComparison). The largest that a compatible value was
+    // allowed counts for all.
     for (End& end : ends) {
-      if ((point[end.dimension] - end.inside) * end.direction > 0.0)
-        end.inside = point[end.dimension];
+      end.allowed = 0.0;
+      for (const End& other : ends) {
+        if (other.dimension != end.dimension) continue;
+        for (const auto& [value, evaluation] : other.tried) {
+          const Excess& excess = standing.excess[evaluation];
+          if (excess.is_compatible()) end.allowed = std::max(end.allowed, excess.allowed);
+        }
+      }
     }
-  }
+    for (End& end : ends) bracket(space, all, standing, end);
+  };
 
+  look();
   for (int round = 0; round < options.rounds; ++round) {
-    // 1. The next value of every end, with the other parameters at the surrogate's best for it
-    std::vector<End*> open;
+    // 1. The next value of every end, with the other parameters at their best for it
     std::vector<ParameterSet> places;
     for (End& end : ends) {
       if (end.is_known(options.tolerance)) continue;
-      open.push_back(&end);
-      places.push_back(space.from_unit(surrogate_minimum(
-          surrogate, space.dimension(), static_cast<int>(end.dimension), end.next())));
+      const double value = end.next(options.first_step);
+      end.tried.emplace_back(value, all.size() + places.size());
+      places.push_back(space.from_unit(
+          others_at_their_best(surrogate, space, all, standing, end.dimension, value)));
     }
-    if (open.empty()) break;
-    // 2. All of them simulated at once, and tested
-    const std::vector<Evaluation> tried = evaluate(places);
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const Excess excess = excess_over(comparison, reference, tried[i], options.bootstrap);
-      Profile& profile = profiles[open[i]->dimension];
-      profile.points.push_back({value_of(places[i], profile.name), tried[i].objective, excess});
-      open[i]->learn(open[i]->next(), excess.is_compatible());
-    }
+    if (places.empty()) break;
+    // 2. All of them simulated at once, and everything compared anew: one may be the best of all
+    const std::vector<Evaluation> results = evaluate(places);
+    all.insert(all.end(), results.begin(), results.end());
+    look();
   }
 
   // 3. Ends to intervals
-  for (const End& end : ends) {
-    Profile& profile = profiles[end.dimension];
-    UnitPoint point = centre;
-    point[end.dimension] = end.end();
-    const double value = value_of(space.from_unit(point), profile.name);
-    (end.direction < 0.0 ? profile.interval.lower : profile.interval.upper) = value;
-    (end.direction < 0.0 ? profile.open_below : profile.open_above) = end.is_open();
-  }
-  for (Profile& profile : profiles) {
+  const Evaluation& best = all[standing.best];
+  std::vector<Profile> profiles;
+  for (std::size_t d = 0; d < space.dimension(); ++d) {
+    Profile profile{.name = space.tuned()[d].name};
+    profile.points.push_back({value_of(best.parameters, profile.name), best.objective, {}});
+    for (const End& end : ends) {
+      if (end.dimension != d) continue;
+      UnitPoint point = space.to_unit(best.parameters);
+      point[d] = end.end();
+      const double value = value_of(space.from_unit(point), profile.name);
+      (end.direction < 0.0 ? profile.interval.lower : profile.interval.upper) = value;
+      (end.direction < 0.0 ? profile.open_below : profile.open_above) = end.is_open();
+      for (const auto& [unit, evaluation] : end.tried) {
+        if (evaluation == standing.best) continue;
+        profile.points.push_back({value_of(all[evaluation].parameters, profile.name),
+                                  all[evaluation].objective,
+                                  {standing.excess[evaluation].objective, end.allowed}});
+      }
+    }
     std::sort(profile.points.begin(), profile.points.end(), [](const auto& a, const auto& b) {
       return a.value < b.value;
     });
+    profiles.push_back(std::move(profile));
   }
   return profiles;
 }

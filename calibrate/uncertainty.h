@@ -16,9 +16,8 @@ struct Interval {
   double upper = 0.0;
 };
 
-// How much worse an evaluation is than the reference, and by how much it may be worse before that
-// is significant: Comparison::significance() times the bootstrap standard deviation of the
-// difference.
+// How much worse an evaluation is than the reference, and by how much it may be worse before its
+// parameters can be told from the true ones.
 struct Excess {
   double objective = 0.0;  // above the reference's
   double allowed = 0.0;
@@ -27,12 +26,14 @@ struct Excess {
 Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
+                   double roughness,
                    const BootstrapOptions& options);
 
 // Those of the evaluations that cannot be told apart from the reference.
 std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
+                                        double roughness,
                                         const BootstrapOptions& options);
 
 // One value of one parameter, with the others where the surrogate puts their best.
@@ -75,6 +76,10 @@ std::vector<Profile> profile_parameters(
 Surrogate fit_surrogate(const Comparison& comparison,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space);
+
+// A regular grid over the unit cube, fine against any interval that matters; dimension `fixed` is
+// held at `value` if it is not negative.
+std::vector<UnitPoint> unit_grid(std::size_t dimension, int fixed = -1, double value = 0.0);
 
 // The place of the surrogate's minimum (of mean plus standard deviation) on a regular grid; with
 // dimension `fixed` held at `value` if it is not negative.

@@ -261,6 +261,20 @@ std::vector<Replicate> read_replicates(TomlSection& root,
   return replicates;
 }
 
+Measurement read_measurement(TomlSection section) {
+  Measurement measurement;
+  measurement.frame_interval = section.quantity("frame_interval", time_units, positive);
+  measurement.frames = section.whole_number("frames", 2, 100000);
+  const std::string compared = section.optional_text("compare").value_or("particles");
+  if (compared == "heap_height") {
+    measurement.compared = Compared::heap_height;
+  } else if (compared != "particles") {
+    section.fail("compare", "must be \"particles\" or \"heap_height\"");
+  }
+  section.finish();
+  return measurement;
+}
+
 std::vector<TunedParameter> read_tuned(TomlSection section) {
   std::vector<TunedParameter> tuned;
   for (const char* name : parameter_names) {
@@ -297,12 +311,8 @@ Experiment load_experiment(const std::filesystem::path& file) {
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
   experiment.camera = read_camera(root.section("camera"), films);
-  if (auto section = root.optional_section("measure")) {
-    experiment.measurement.frame_interval =
-        section->quantity("frame_interval", time_units, positive);
-    experiment.measurement.frames = section->whole_number("frames", 2, 100000);
-    section->finish();
-  }
+  if (auto section = root.optional_section("measure"))
+    experiment.measurement = read_measurement(*section);
   if (auto section = root.optional_section("tune")) experiment.tuned = read_tuned(*section);
   root.finish();
   return experiment;

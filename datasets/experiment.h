@@ -108,8 +108,13 @@ struct Replicate {
   std::optional<bool> held_out;
 };
 
+// What of the particles is compared: every particle's own track, or only how high the heap of them
+// reaches, for films in which particles cannot be told apart.
+enum class Compared { particles, heap_height };
+
 // When and what is compared.
 struct Measurement {
+  Compared compared = Compared::particles;
   double frame_interval = 0.2;  // s
   int frames = 25;              // at 0, frame_interval, ... from the event
 };

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "tests/calibrate/toy_experiment.h"
 #include "tests/support/temporary_folder.h"
 
@@ -112,6 +115,68 @@ TEST(Calibrate, LivesThroughFailuresAndCountsThem) {
   const CalibrationResult result = calibrated(sometimes_fails, problem, quick(2));
   EXPECT_GT(result.failed, 0);
   EXPECT_NEAR(result.parameters.friction_particle_particle, 0.2, 0.08);
+}
+
+// One run in five ends badly whatever its parameters, in every way that runs can.
+TEST(Calibrate, ConvergesThroughInjectedFailuresOfEveryClass) {
+  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const Problem problem = toy::problem(truth, 5, 11);
+  for (const RunStatus status : {RunStatus::unstable, RunStatus::timed_out}) {
+    const Simulator injected = [&](const SimulationRequest& request) {
+      SimulatedRun run = toy::simulator(truth.noise)(request);
+      const double mixed = 1e4 * request.parameters.friction_particle_particle +
+                           1e-9 * static_cast<double>(request.seed);
+      if (std::fmod(mixed, 1.0) < 0.2) run.status = status;
+      return run;
+    };
+    const CalibrationResult result = calibrated(injected, problem, quick(1));
+    EXPECT_GT(result.failed, result.simulations / 10);
+    for (const CalibratedParameter& parameter : result.calibrated) {
+      if (parameter.name == "restitution") continue;
+      EXPECT_NEAR(parameter.value, value_of(truth.parameters, parameter.name), 0.05)
+          << parameter.name << ", " << name_of(status);
+    }
+  }
+}
+
+TEST(Calibrate, RunsUnstableOnesAgainAtHalfTheStep) {
+  const Problem problem = toy::problem({}, 5, 3);
+  const Simulator unstable_at_large_steps = [](const SimulationRequest& request) {
+    SimulatedRun run = toy::simulator(0.002)(request);
+    if (request.parameters.friction_particle_particle > 0.3 && request.time_step_fraction > 0.03)
+      run.status = RunStatus::unstable;
+    return run;
+  };
+  const CalibrationResult result = calibrated(unstable_at_large_steps, problem, quick(2));
+  EXPECT_EQ(result.failed, 0);
+  EXPECT_GT(result.retried, 0);
+  EXPECT_NEAR(result.parameters.friction_particle_particle, 0.2, 0.08);
+}
+
+// z depends on the sum of the two frictions only: any pair on that line fits.
+TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
+  const auto of_the_sum = [](const SimulationRequest& request) {
+    SimulationRequest alike = request;
+    alike.parameters.friction_particle_particle = 0.0;
+    alike.parameters.friction_particle_wall =
+        request.parameters.friction_particle_particle + request.parameters.friction_particle_wall;
+    return toy::simulator(0.001)(alike);
+  };
+  const Problem problem = toy::problem({.parameters = {0.0, 0.6, 0.7}, .noise = 0.001}, 5, 11);
+  const CalibrationResult result = calibrated(of_the_sum, problem, quick(1));
+  ASSERT_EQ(result.trade_offs.size(), 1U);
+  EXPECT_NEAR(result.trade_offs[0].first_share, std::sqrt(0.5), 0.05);
+  EXPECT_NEAR(result.trade_offs[0].second_share, -std::sqrt(0.5), 0.05);
+  EXPECT_GT(result.trade_offs[0].half_length, 0.02);  // it is 0.6; the words say "at least"
+  const bool is_said =
+      std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
+        return warning.find("friction_particle_particle and friction_particle_wall trade off") !=
+               std::string::npos;
+      });
+  EXPECT_TRUE(is_said);
+  // The toy itself tells them apart
+  const Problem separate = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
+  EXPECT_TRUE(calibrated(toy::simulator(0.001), separate, quick(1)).trade_offs.empty());
 }
 
 TEST(Calibrate, GivesUpWithASentenceWhenAllFails) {

@@ -59,7 +59,7 @@ TEST(Ensemble, ScoresRunsThatFailAndLivesOn) {
   EXPECT_EQ(evaluations[0].failed, 0);
   EXPECT_EQ(evaluations[1].failed, 4);
   EXPECT_EQ(evaluations[1].objective,
-            objective_of_rest(problem.comparison->target().replicates,
+            objective_of_rest(problem.comparison->target().mean,
                               problem.comparison->target().widths));
 }
 

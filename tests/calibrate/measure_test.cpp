@@ -34,18 +34,25 @@ TEST(Measure, AnglesOnBothSidesOfPiAreNeighbours) {
   EXPECT_NEAR(spread.standard_deviation, 0.01 * std::sqrt(2.0), 1e-12);
 }
 
-TEST(Measure, AWeightCountsARepeatSeveralTimes) {
+TEST(WeightedMeans, AWeightCountsARepeatSeveralTimes) {
   const std::vector<datasets::Trajectories> repeats = {
       one_pose(1, 1, 0.1), one_pose(2, 3, 0.3), one_pose(9, 9, 0.9)};
   const std::vector<datasets::Trajectories> doubled = {repeats[0], repeats[1], repeats[1]};
-  const std::vector<int> weights = {1, 2, 0};
-  for (std::size_t q = 0; q < 3; ++q) {
-    const Spread weighted = measure(repeats, weights).spreads[0][q];
-    const Spread plain = measure(doubled).spreads[0][q];
-    EXPECT_NEAR(weighted.mean, plain.mean, 1e-14);
-    EXPECT_NEAR(weighted.standard_deviation, plain.standard_deviation, 1e-14);
-    EXPECT_EQ(weighted.count, plain.count);
-  }
+  const datasets::Pose weighted =
+      WeightedMeans(repeats).mean(std::vector<int>{1, 2, 0}).poses.front();
+  const datasets::Pose plain = mean_track(measure(doubled)).poses.front();
+  for (const Quantity quantity : quantities)
+    EXPECT_NEAR(value_of(weighted, quantity), value_of(plain, quantity), 1e-14);
+}
+
+TEST(WeightedMeans, OfEqualWeightsAreTheMeans) {
+  const std::vector<datasets::Trajectories> repeats = {
+      one_pose(1, 1, 3.1), datasets::make_trajectories(1, 1, false), one_pose(9, 9, 0.1)};
+  const datasets::Pose weighted =
+      WeightedMeans(repeats).mean(std::vector<int>{1, 1, 1}).poses.front();
+  const datasets::Pose plain = mean_track(measure(repeats)).poses.front();
+  for (const Quantity quantity : quantities)
+    EXPECT_EQ(value_of(weighted, quantity), value_of(plain, quantity));
 }
 
 TEST(Measure, UnseenRepeatsAreLeftOut) {

@@ -16,12 +16,11 @@ datasets::Trajectories shifted(datasets::Trajectories tracks, double x) {
 
 TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, widths] = problem.comparison->target();
-  const datasets::Trajectories mean = mean_track(replicates);
-  EXPECT_NEAR(objective(replicates, widths, mean), 0.0, 1e-12);
+  const auto [replicates, mean, widths] = problem.comparison->target();
+  EXPECT_NEAR(objective(mean, widths, mean), 0.0, 1e-12);
   double last = 0.0;
   for (const double shift : {1e-4, 1e-3, 1e-2, 1e-1}) {
-    const double value = objective(replicates, widths, shifted(mean, shift));
+    const double value = objective(mean, widths, shifted(mean, shift));
     EXPECT_GT(value, last);
     last = value;
   }
@@ -29,17 +28,16 @@ TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
 
 TEST(Objective, GrowsLinearlyFarOut) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, widths] = problem.comparison->target();
-  const datasets::Trajectories mean = mean_track(replicates);
-  const double once = objective(replicates, widths, shifted(mean, 10.0));
-  const double twice = objective(replicates, widths, shifted(mean, 20.0));
+  const auto [replicates, mean, widths] = problem.comparison->target();
+  const double once = objective(mean, widths, shifted(mean, 10.0));
+  const double twice = objective(mean, widths, shifted(mean, 20.0));
   EXPECT_NEAR(twice / once, 2.0, 1e-3);
 }
 
 TEST(Objective, IsFiniteForAModelThatSawNothing) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, widths] = problem.comparison->target();
-  const double rest = objective_of_rest(replicates, widths);
+  const auto [replicates, mean, widths] = problem.comparison->target();
+  const double rest = objective_of_rest(mean, widths);
   EXPECT_TRUE(std::isfinite(rest));
   EXPECT_GT(rest, 1.0);
 }

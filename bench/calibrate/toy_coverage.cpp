@@ -1,0 +1,67 @@
+// How often 95 % intervals hold the truth on a model whose every result is known in closed form.
+//   bench_calibration_coverage [REPEATS]
+#include <fmt/format.h>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_real_distribution.hpp>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "calibrate/calibration.h"
+#include "tests/calibrate/toy_experiment.h"
+
+using namespace graintruth;
+using namespace graintruth::calibrate;
+
+namespace {
+
+struct Count {
+  int held = 0, asked = 0;
+  std::vector<double> widths;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int repeats = argc > 1 ? std::stoi(argv[1]) : 1000;
+  const int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  std::map<std::string, Count> counts;
+  std::mutex mutex;
+  parallel_for(repeats, jobs, [&](int repeat) {
+    // 1. A truth anywhere but near the bounds, and the replicates that it gives
+    const auto seed = static_cast<std::uint64_t>(repeat);
+    boost::random::mt19937_64 generator(make_seeds(2000, "toy truths", repeat + 1).back());
+    boost::random::uniform_real_distribution<double> friction(0.1, 0.5);
+    toy::Truth truth{.noise = 0.001};
+    truth.parameters.friction_particle_particle = friction(generator);
+    truth.parameters.friction_particle_wall = friction(generator);
+    const Problem problem = toy::problem(truth, 5, 1000 + seed);
+    // 2. Calibrated as films are
+    Journal journal(":memory:");
+    Ensemble ensemble(
+        {Scene{problem.hash, toy::simulator(truth.noise)}}, journal, problem.comparison, 1);
+    const CalibrationResult result =
+        calibrate::calibrate(problem, ensemble, {.seed = seed, .largest_time_step_fraction = 0.05});
+    // 3. Counted
+    const std::lock_guard lock(mutex);
+    for (const CalibratedParameter& parameter : result.calibrated) {
+      if (parameter.name == "restitution") continue;
+      Count& count = counts[parameter.name];
+      ++count.asked;
+      if (!parameter.interval) continue;
+      const double expected = value_of(truth.parameters, parameter.name);
+      count.held += parameter.interval->lower <= expected && expected <= parameter.interval->upper;
+      count.widths.push_back(parameter.interval->upper - parameter.interval->lower);
+    }
+  });
+  for (const auto& [name, count] : counts) {
+    fmt::print("{:28} {} of {} intervals hold the truth ({:.1f} %); median width {:.4f}\n",
+               name,
+               count.held,
+               count.asked,
+               100.0 * count.held / count.asked,
+               median(count.widths));
+  }
+  return 0;
+}

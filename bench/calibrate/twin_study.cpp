@@ -1,0 +1,246 @@
+// Known truth in, truth out within the stated interval: calibrates twins of the micro rig whose
+// parameters are drawn over the full bounds, and counts how often the intervals hold them.
+//   bench_calibration_twins [FIGURES.csv] [TWINS]
+// One row a twin goes to the file as it ends; run again, it goes on where it stopped.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <mutex>
+#include <openturns/OT.hxx>
+#include <thread>
+
+#include "bench/calibrate/twins.h"
+#include "calibrate/calibration.h"
+#include "calibrate/dem_simulator.h"
+#include "datasets/run_folder.h"
+#include "datasets/table.h"
+
+using namespace graintruth;
+using datasets::number_text;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint64_t study_seed = 2000;
+constexpr int default_twins = 60;
+constexpr int rank_places = 10;
+constexpr double slow_simulation = 0.2;  // s; what all else is compared with
+
+// Processor time of this thread, s.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1.0e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Whether the softened particles rank parameters as the true ones do: Spearman's correlation of the
+// objective over a design.
+double rank_correlation(const datasets::Experiment& soft, int jobs) {
+  datasets::Experiment stiff = soft;
+  stiff.material.elastic_modulus = datasets::load_experiment(soft.file).material.elastic_modulus;
+  const bench::Twin twin = bench::make_twin_at({0.15, 0.2, 0.8}, stiff, study_seed, -1);
+  const calibrate::ParameterSpace space(soft.tuned, {});
+  const auto seeds = calibrate::make_seeds(study_seed, "rank", 4);
+  OT::Sample objectives(rank_places, 2);
+  const auto places = calibrate::low_discrepancy_points(rank_places, space.dimension(), study_seed);
+  for (unsigned column = 0; column < 2; ++column) {
+    const datasets::Experiment& experiment = column == 0 ? soft : stiff;
+    const calibrate::Simulator simulator =
+        calibrate::make_dem_simulator(experiment, twin.problem.starts, {});
+    const double fraction = calibrate::largest_time_step_fraction(experiment);
+    std::vector<calibrate::SimulatedRun> runs(places.size() * seeds.size());
+    calibrate::parallel_for(static_cast<int>(runs.size()), jobs, [&](int i) {
+      const auto k = static_cast<std::size_t>(i);
+      runs[k] =
+          simulator({space.from_unit(places[k / seeds.size()]), fraction, seeds[k % seeds.size()]});
+    });
+    for (std::size_t place = 0; place < places.size(); ++place) {
+      objectives(place, column) = twin.problem.comparison->objective(
+          std::span(runs).subspan(place * seeds.size(), seeds.size()));
+    }
+  }
+  return OT::CorrelationAnalysis(objectives.getMarginal(0), objectives.getMarginal(1))
+      .computeSpearmanCorrelation()[0];
+}
+
+std::vector<std::string> columns() {
+  std::vector<std::string> names = {"twin"};
+  for (const std::string_view parameter : calibrate::parameter_names) {
+    for (const char* what : {"truth", "value", "lower", "upper", "status"})
+      names.push_back(fmt::format("{}_{}", parameter, what));
+  }
+  for (const char* name : {"agreement_percent",
+                           "agreement_at_truth_percent",
+                           "evaluations",
+                           "simulations",
+                           "failed",
+                           "simulation_s",
+                           "all_s"})
+    names.emplace_back(name);
+  return names;
+}
+
+std::vector<std::string> calibrate_twin(const datasets::Experiment& experiment,
+                                        int number,
+                                        const fs::path& folder) {
+  const bench::Twin twin = bench::make_twin(experiment, study_seed, number);
+  const double started = thread_seconds();
+  const fs::path file = folder / fmt::format("twin-{}.db", number);
+  calibrate::Journal journal(file);
+  calibrate::Ensemble ensemble(
+      {{twin.problem.hash, calibrate::make_dem_simulator(experiment, twin.problem.starts, {})}},
+      journal,
+      twin.problem.comparison,
+      1);
+  calibrate::CalibrationOptions options{.seed = static_cast<std::uint64_t>(number)};
+  options.largest_time_step_fraction = calibrate::largest_time_step_fraction(experiment);
+  const calibrate::CalibrationResult result = calibrate::calibrate(twin.problem, ensemble, options);
+  // The truth's score with the seeds and step of the winner's
+  const calibrate::Score at_truth = calibrate::score(
+      twin.problem,
+      ensemble,
+      "truth",
+      {twin.truth, result.time_step.fraction},
+      calibrate::make_seeds(options.seed, "confirmation", options.confirmation_seeds));
+  double processor = 0.0;
+  for (const calibrate::JournalRow& row : journal.rows()) processor += row.run.seconds;
+  const double all = thread_seconds() - started;
+
+  std::vector<std::string> cells = {std::to_string(number)};
+  for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
+    const auto& interval = parameter.interval;
+    cells.insert(cells.end(),
+                 {number_text(calibrate::value_of(twin.truth, parameter.name)),
+                  number_text(parameter.value),
+                  interval ? number_text(interval->lower) : "",
+                  interval ? number_text(interval->upper) : "",
+                  std::string(name_of(parameter.status))});
+  }
+  cells.insert(cells.end(),
+               {number_text(result.score.student.percent),
+                number_text(at_truth.student.percent),
+                std::to_string(result.evaluations.size()),
+                std::to_string(result.simulations),
+                std::to_string(result.failed),
+                number_text(processor),
+                number_text(all)});
+  return cells;
+}
+
+double median_of(std::vector<double> values) { return calibrate::median(std::move(values)); }
+
+// Gneiting and Raftery (2007), eq 43: width + 2/alpha times what the truth lies outside by.
+double interval_score(double lower, double upper, double truth) {
+  constexpr double alpha = 0.05;
+  return upper - lower +
+         2.0 / alpha * (std::max(0.0, lower - truth) + std::max(0.0, truth - upper));
+}
+
+void print_parameter(const datasets::Table& table, std::string_view name) {
+  const auto column = [&](const char* what) { return fmt::format("{}_{}", name, what); };
+  int held = 0, without = 0;
+  std::vector<double> widths, scores, errors;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const double truth = table.number(row, column("truth"));
+    errors.push_back(std::abs(table.number(row, column("value")) - truth));
+    if (table.text(row, column("lower")).empty()) {
+      ++without;
+      continue;
+    }
+    const double lower = table.number(row, column("lower"));
+    const double upper = table.number(row, column("upper"));
+    held += lower <= truth && truth <= upper;
+    widths.push_back(upper - lower);
+    scores.push_back(interval_score(lower, upper, truth));
+  }
+  fmt::print(
+      "{:28} {:3} of {} inside their interval ({} without one); median width {:.3f}, interval "
+      "score {:.3f}, |error| {:.3f}\n",
+      name,
+      held,
+      table.rows(),
+      without,
+      median_of(widths),
+      median_of(scores),
+      median_of(errors));
+}
+
+void print_summary(const datasets::Table& table) {
+  for (const std::string_view name : calibrate::parameter_names) print_parameter(table, name);
+  int near = 0, most = 0;
+  std::vector<double> all, simulation, overhead;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    near += table.number(row, "agreement_percent") >=
+            table.number(row, "agreement_at_truth_percent") - 5.0;
+    most = std::max(most, table.integer(row, "evaluations"));
+    all.push_back(table.number(row, "all_s"));
+    simulation.push_back(table.number(row, "simulation_s"));
+    overhead.push_back(100.0 * (all.back() - simulation.back()) /
+                       (slow_simulation * table.number(row, "simulations")));
+  }
+  fmt::print("agreement at least the truth's less 5 points: {} of {}\n", near, table.rows());
+  fmt::print(
+      "evaluations at most {}; a calibration takes {:.1f} s of processor time, {:.1f} s of it "
+      "simulating; all else is {:.1f} % of simulations that would take {} s each (medians)\n",
+      most,
+      median_of(all),
+      median_of(simulation),
+      median_of(overhead),
+      slow_simulation);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const fs::path figures = argc > 1 ? argv[1] : "calibration_twins.csv";
+  const int twins = argc > 2 ? std::stoi(argv[2]) : default_twins;
+  const int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const datasets::Experiment experiment = bench::softened_micro_rig();
+  fs::path folder = figures;
+  folder.replace_extension("journals");
+  fs::create_directories(folder);
+
+  fmt::print(
+      "modulus softened to {:.3g} Pa; rank correlation of the objective with the true "
+      "modulus over {} places: {:.3f}\n",
+      bench::softened_modulus,
+      rank_places,
+      rank_correlation(experiment, jobs));
+  std::fflush(stdout);
+
+  // One row a twin, in the order of their numbers; those of an earlier run are kept
+  std::vector<std::vector<std::string>> rows(static_cast<std::size_t>(twins));
+  if (fs::exists(figures)) {
+    const datasets::Table kept = datasets::read_csv(figures);
+    for (std::size_t row = 0; row < kept.rows(); ++row) {
+      const int number = kept.integer(row, "twin");
+      if (number >= twins) continue;
+      for (const std::string& name : kept.columns())
+        rows[static_cast<std::size_t>(number)].push_back(kept.text(row, name));
+    }
+  }
+  std::mutex mutex;
+  const auto table = [&] {
+    datasets::Table done(columns());
+    for (const auto& row : rows) {
+      if (!row.empty()) done.add(row);
+    }
+    return done;
+  };
+  calibrate::parallel_for(twins, jobs, [&](int number) {
+    auto& row = rows[static_cast<std::size_t>(number)];
+    {
+      const std::lock_guard lock(mutex);
+      if (!row.empty()) return;
+    }
+    std::vector<std::string> cells = calibrate_twin(experiment, number, folder);
+    const std::lock_guard lock(mutex);
+    row = std::move(cells);
+    datasets::write_csv(figures, table());
+    fmt::print("twin {} done\n", number);
+    std::fflush(stdout);
+  });
+  print_summary(table());
+  return 0;
+}

@@ -1,0 +1,31 @@
+#include "calibrate/comparison.h"
+
+#include <cmath>
+
+namespace graintruth::calibrate {
+
+double jackknife_error(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  if (values.size() < 2) return 0.0;
+  double mean = 0.0;
+  for (const double value : values) mean += value / n;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt((n - 1.0) / n * squares);
+}
+
+double difference_deviation(const Comparison& comparison,
+                            const Evaluation& first,
+                            const Evaluation& second,
+                            const BootstrapOptions& options) {
+  const std::vector<Evaluation> both = {first, second};
+  const std::vector<std::vector<double>> drawn = comparison.draw_objectives(both, options);
+  const auto n = static_cast<double>(drawn.size());
+  double mean = 0.0;
+  for (const auto& draw : drawn) mean += (draw[0] - draw[1]) / n;
+  double squares = 0.0;
+  for (const auto& draw : drawn) squares += std::pow(draw[0] - draw[1] - mean, 2);
+  return std::sqrt(squares / (n - 1.0));
+}
+
+}  // namespace graintruth::calibrate

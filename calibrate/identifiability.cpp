@@ -1,0 +1,78 @@
+#include "calibrate/identifiability.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr double telling_correlation = 0.9;
+
+TradeOff trade_off_of(const std::vector<ParameterSet>& region,
+                      const std::string& first,
+                      const std::string& second) {
+  Eigen::MatrixX2d points(static_cast<Eigen::Index>(region.size()), 2);
+  for (std::size_t i = 0; i < region.size(); ++i) {
+    points.row(static_cast<Eigen::Index>(i)) << value_of(region[i], first),
+        value_of(region[i], second);
+  }
+  points.rowwise() -= points.colwise().mean().eval();
+  const Eigen::Matrix2d moments = points.transpose() * points;
+  // The long axis of the region: the eigenvector of the larger eigenvalue
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(moments);
+  Eigen::Vector2d axis = axes.eigenvectors().col(1);
+  if (axis.x() < 0.0) axis = -axis;
+  Eigen::VectorXd along = points * axis;
+  std::sort(along.begin(), along.end());
+  const Eigen::Index tail = along.size() / 40;  // 2.5 % at either end
+  const double scale = std::sqrt(moments(0, 0) * moments(1, 1));
+  return {.first = first,
+          .second = second,
+          .first_share = axis.x(),
+          .second_share = axis.y(),
+          .half_length = 0.5 * (along(along.size() - 1 - tail) - along(tail)),
+          .correlation = scale > 0.0 ? moments(0, 1) / scale : 0.0};
+}
+
+// The bench test that fixes one of the two.
+std::string_view separating_test(const TradeOff& trade_off) {
+  if (trade_off.second == "restitution")
+    return "a drop test of the particle on the wall's material, entered as prior of restitution,";
+  return "a sliding test of the particle on the wall's material, entered as prior of "
+         "friction_particle_wall,";
+}
+
+}  // namespace
+
+std::vector<TradeOff> find_trade_offs(const ParameterSpace& space, const Posterior& posterior) {
+  std::vector<ParameterSet> draws;
+  for (const UnitPoint& draw : posterior.draws) draws.push_back(space.from_unit(draw));
+  std::vector<TradeOff> found;
+  for (std::size_t i = 0; i < space.dimension(); ++i) {
+    for (std::size_t j = i + 1; j < space.dimension(); ++j) {
+      const TradeOff trade_off = trade_off_of(draws, space.tuned()[i].name, space.tuned()[j].name);
+      if (std::abs(trade_off.correlation) >= telling_correlation) found.push_back(trade_off);
+    }
+  }
+  return found;
+}
+
+std::string words_on(const TradeOff& trade_off) {
+  return fmt::format(
+      "{} and {} trade off: along {:.2f}/{:+.2f} the fit is flat over at least +-{:.2f} "
+      "(correlation "
+      "{:+.2f}); {} would separate them.",
+      trade_off.first,
+      trade_off.second,
+      trade_off.first_share,
+      trade_off.second_share,
+      trade_off.half_length,
+      trade_off.correlation,
+      separating_test(trade_off));
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,29 @@
+// Which parameters the data cannot tell apart, in words.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibrate/parameters.h"
+#include "calibrate/posterior.h"
+
+namespace graintruth::calibrate {
+
+// Two parameters of which one can make up for the other: over a long, thin region of their plane
+// the fit is as good as the best.
+struct TradeOff {
+  std::string first, second;
+  double first_share = 0.0;   // unit vector along the region, in the parameters' own units;
+  double second_share = 0.0;  // the first component is not negative
+  double half_length = 0.0;   // of the region along it (95 % of the draws), the same units
+  double correlation = 0.0;   // of the two
+};
+
+// Pairs whose correlation over the posterior's draws reaches 0.9 in size.
+std::vector<TradeOff> find_trade_offs(const ParameterSpace& space, const Posterior& posterior);
+
+// One sentence, with the measurement that would separate the two.
+std::string words_on(const TradeOff& trade_off);
+
+}  // namespace graintruth::calibrate
