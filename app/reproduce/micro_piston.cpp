@@ -327,11 +327,11 @@ void examine_agreement(Examination& exam, const Study& study) {
                no_number,
                std::max_element(series.y.begin(), series.y.end()) - series.y.begin() ==
                    static_cast<std::ptrdiff_t>(of),
-               fmt::format("a run of a perfect model scores {:.1f} % on average; at {} "
-                           "{:.1f} % by friction",
-                           calibrate::ceiling_percent(replicates, 1, Critical::thesis_196),
+               fmt::format("simulations at {} score {:.1f} %; a run of a perfect model {:.1f} % on "
+                           "average",
                            fmt::join(study.labels, ", "),
-                           fmt::join(series.y, ", ")));
+                           fmt::join(series.y, ", "),
+                           calibrate::ceiling_percent(replicates, 1, Critical::thesis_196)));
     curve.series.push_back(series);
   }
   exam.add_curve(curve);
