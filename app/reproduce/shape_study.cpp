@@ -133,11 +133,15 @@ std::vector<double> square_fractions(const std::vector<sim::Vec3>& centres,
   return fractions;
 }
 
-// Of the lower nine tenths of the bed, which the ragged surface does not touch.
-double bulk_fraction(const std::vector<sim::Vec3>& centres, double width, const Grain& grain) {
+double top_of(const std::vector<sim::Vec3>& centres) {
   double top = 0.0;
   for (const sim::Vec3& centre : centres) top = std::max(top, centre.z());
-  const double height = 0.9 * top;
+  return top;
+}
+
+// Of the lower nine tenths of the bed, which the ragged surface does not touch.
+double bulk_fraction(const std::vector<sim::Vec3>& centres, double width, const Grain& grain) {
+  const double height = 0.9 * top_of(centres);
   const auto below = std::count_if(
       centres.begin(), centres.end(), [&](const sim::Vec3& c) { return c.z() < height; });
   return static_cast<double>(below) * grain.area / (width * height);
@@ -188,6 +192,29 @@ DischargeLine straight_part(const std::vector<double>& time,
   return line;
 }
 
+// How the grains inside the hopper move, summed over the frames of the straight part.
+struct InnerMotion {
+  std::array<double, 3> rotational = {}, translational = {};  // J; left, centre, right (5.3, 5.4)
+  std::array<double, 3> sideways = {}, downwards = {};  // m/s; lower, middle, upper third at rest
+
+  void add(const SceneRun& run, const sim::State& state, double width, double height) {
+    const auto third = [](double share) { return std::clamp(static_cast<int>(3.0 * share), 0, 2); };
+    for (std::size_t i = 0; i < state.position.size(); ++i) {
+      const sim::Vec3 &place = state.position[i], &velocity = state.velocity[i];
+      if (place.z() < 0.0) continue;
+      const sim::Clump& clump = run.scene.types[run.scene.bodies[i].type];
+      const int across = third(place.x() / width + 0.5), up = third(place.z() / height);
+      const double spin = state.angular_velocity[i].y();
+      rotational[across] += 0.5 * clump.inertia.y() * spin * spin;
+      translational[across] += 0.5 * clump.mass * velocity.squaredNorm();
+      sideways[up] += std::abs(velocity.x());
+      downwards[up] += std::abs(velocity.z());
+    }
+  }
+};
+
+double sum_of(const std::array<double, 3>& parts) { return parts[0] + parts[1] + parts[2]; }
+
 // One bed from its lattice to its discharge; null when it did not come to its end.
 Json run_bed(const ThesisData& thesis, const Grain& grain, std::uint64_t seed) {
   const datasets::SceneFile file = hopper_for(thesis, grain, seed);
@@ -221,6 +248,12 @@ Json run_bed(const ThesisData& thesis, const Grain& grain, std::uint64_t seed) {
       largest_on_side = std::max(largest_on_side, std::abs(force_on(file, frame, "left").x()));
   }
   const DischargeLine line = straight_part(time, percent, thesis);
+  InnerMotion motion;
+  for (std::size_t i = 0; i < percent.size(); ++i) {
+    if (percent[i] >= 100.0 * thesis.setting("shape", "steady_from") &&
+        percent[i] <= 100.0 * thesis.setting("shape", "steady_to"))
+      motion.add(run, run.frames[rest + i].state, width, top_of(centres));
+  }
   return {{"fraction", bulk_fraction(centres, width, grain)},
           {"skewness", shape.skewness},
           {"kurtosis", shape.kurtosis},
@@ -230,6 +263,13 @@ Json run_bed(const ThesisData& thesis, const Grain& grain, std::uint64_t seed) {
           {"delay", line.delay},
           {"rate", line.rate},
           {"roughness", line.roughness},
+          {"energy_ratio", sum_of(motion.rotational) / sum_of(motion.translational)},
+          {"energy_ratio_centre", motion.rotational[1] / motion.translational[1]},
+          {"energy_ratio_sides",
+           (motion.rotational[0] + motion.rotational[2]) /
+               (motion.translational[0] + motion.translational[2])},
+          {"sideways_below", motion.sideways[0] / motion.downwards[0]},
+          {"sideways_above", motion.sideways[2] / motion.downwards[2]},
           {"pulse", on_side > 0.0 ? largest_on_side / on_side : no_number},
           {"time", time},
           {"percent", percent}};
@@ -395,6 +435,36 @@ void examine_discharge(Examination& exam, const ThesisData& thesis, const std::v
   exam.add_curve(curve);
 }
 
+// Section 5.3.2.2: rotation and sideways motion while it runs out.
+void examine_motion(Examination& exam, const std::vector<Beds>& beds) {
+  for (std::size_t i = 0; i < beds.size(); ++i) {
+    const std::string ratio = "aspect ratio " + beds[i].label;
+    const Simulated above = beds[i].of("sideways_above"), below = beds[i].of("sideways_below");
+    exam.claim(ratio + ": less sideways motion in the upper third than in the lower",
+               {"less", "-", "sec 5.3.2.2"},
+               above,
+               no_number,
+               above.mean < below.mean - separation(above, below),
+               fmt::format("sideways over downward speed; below {:.3f}", below.mean));
+    const Simulated centre = beds[i].of("energy_ratio_centre"),
+                    sides = beds[i].of("energy_ratio_sides");
+    exam.claim(ratio + ": grains rotate less in the centre than at the sides",
+               {"less", "-", "sec 5.3.2.2"},
+               centre,
+               no_number,
+               centre.mean < sides.mean - separation(centre, sides),
+               fmt::format("energy ratio (5.2); at the sides {:.3g}", sides.mean));
+    if (i == 0) continue;
+    const Simulated whole = beds[i].of("energy_ratio"), spheres = beds[0].of("energy_ratio");
+    exam.claim(ratio + ": grains rotate less than spheres",
+               {"less", "-", "sec 5.3.2.2"},
+               whole,
+               no_number,
+               whole.mean < spheres.mean - separation(whole, spheres),
+               fmt::format("energy ratio (5.2); of spheres {:.3g}", spheres.mean));
+  }
+}
+
 // Claims that these runs are not measured for.
 void list_what_is_left(Examination& exam, const ThesisData& thesis) {
   const auto left = [&](const char* where, const char* quantity) {
@@ -405,7 +475,6 @@ void list_what_is_left(Examination& exam, const ThesisData& thesis) {
   left("angle of the shear band, spheres", "shear_band_angle_spheres");
   exam.not_run(
       "a steeper heap than that of spheres", {"steeper", "-", "sec 5.3.3"}, "not measured");
-  exam.not_run("spheres rotate more at the sides", {"more", "-", "sec 5.3.2.2"}, "not measured");
   exam.not_run(
       "wall pressure rises with the aspect ratio", {"rises", "-", "sec 5.3.3.1"}, "not measured");
 }
@@ -424,6 +493,7 @@ void simulate_shapes(Examination& exam, const ThesisData& thesis, Studies& studi
   }
   examine_packing(exam, thesis, beds);
   examine_discharge(exam, thesis, beds);
+  examine_motion(exam, beds);
   list_what_is_left(exam, thesis);
   int restless = 0;
   for (const Beds& of : beds) {
