@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_01.hpp>
 #include <cmath>
@@ -215,10 +216,35 @@ struct InnerMotion {
 
 double sum_of(const std::array<double, 3>& parts) { return parts[0] + parts[1] + parts[2]; }
 
+// How far the beds of one aspect ratio are: consolidation and discharge are a half of each.
+class BedsProgress {
+ public:
+  BedsProgress(std::string job, int beds, ProgressLine& line)
+      : job_(std::move(job)), shares_(static_cast<std::size_t>(beds)), line_(line) {}
+
+  // For the run of one bed, on any thread.
+  auto of(int bed) {
+    return [this, bed, first = std::string()](
+               const std::string& phase, double share, const std::string& detail) mutable {
+      if (first.empty()) first = phase;
+      shares_[static_cast<std::size_t>(bed)] = (phase == first ? 0.0 : 0.5) + 0.5 * share;
+      double sum = 0.0;
+      for (const std::atomic<double>& one : shares_) sum += one;
+      line_.show(job_, sum / static_cast<double>(shares_.size()), phase + " " + detail);
+    };
+  }
+
+ private:
+  std::string job_;
+  std::vector<std::atomic<double>> shares_;
+  ProgressLine& line_;
+};
+
 // One bed from its lattice to its discharge; what went wrong when it did not come to its end.
-Json run_bed(const ThesisData& thesis, const Grain& grain, std::uint64_t seed) {
-  const datasets::SceneFile file = hopper_for(thesis, grain, seed);
-  const SceneRun run = run_scene(file, {.seed = seed, .stop = is_interrupted});
+Json run_bed(const ThesisData& thesis, const Grain& grain, SceneRunOptions options) {
+  const datasets::SceneFile file = hopper_for(thesis, grain, options.seed);
+  options.stop = is_interrupted;
+  const SceneRun run = run_scene(file, options);
   if (run.status != sim::RunStatus::completed || !run.reached_event)
     return {{"failed", run.message}};
 
@@ -308,9 +334,10 @@ std::vector<Beds> run_beds(const ThesisData& thesis, Studies& studies) {
     const std::string name = fmt::format("study-shape-aspect-ratio-{}", grain.aspect_ratio);
     const Json stored = studies.result(name, inputs, [&] {
       std::vector<Json> found(drawn.size());
+      BedsProgress progress(name, seeds, studies.progress());
       studies.in_parallel(seeds, [&](int i) {
         const auto which = static_cast<std::size_t>(i);
-        found[which] = run_bed(thesis, grain, drawn[which]);
+        found[which] = run_bed(thesis, grain, {.seed = drawn[which], .progress = progress.of(i)});
       });
       return Json(found);
     });
