@@ -7,7 +7,10 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <optional>
+#include <string_view>
 
 #include "sim/simulation.h"
 
