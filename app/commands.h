@@ -105,6 +105,7 @@ struct SimulateCommand {
   std::filesystem::path scene;  // .toml, or a deck .txt
   double time_limit = 0.0;      // s; 0: none
   bool render = false;
+  bool povray = false;
   bool paraview = false;
   bool ovito = false;
 };

@@ -114,6 +114,8 @@ void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status)
       ->type_name("SCENE")
       ->required();
   verb.add_flag("--render", command.render, "Draw the run: simulation.mp4 and simulation.png");
+  verb.add_flag(
+      "--povray", command.povray, "Write every frame for the ray tracer POV-Ray (povray/*.pov)");
   verb.add_flag("--paraview", command.paraview, "Write every frame for ParaView (paraview/*.pvd)");
   verb.add_flag("--ovito", command.ovito, "Write every frame for OVITO (dump.lammpstrj)");
   verb.add_option("--time-limit",

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "app/scene_look.h"
 #include "app/wall_patches.h"
 #include "datasets/input_error.h"
 
@@ -29,16 +30,9 @@ constexpr int shift = 4;            // sub-pixel drawing: coordinates in 1/16 pi
 // Blue, green, red.
 const cv::Scalar paper(250, 248, 246), ink(64, 54, 46), wall_ink(112, 92, 76), belt(60, 110, 235);
 const cv::Scalar glass_ink(168, 152, 138);
-const std::array<cv::Scalar, 6> colours = {cv::Scalar(168, 120, 76),
-                                           cv::Scalar(78, 146, 245),
-                                           cv::Scalar(178, 183, 114),
-                                           cv::Scalar(87, 87, 220),
-                                           cv::Scalar(92, 172, 98),
-                                           cv::Scalar(84, 202, 238)};
 
 // From the scene to pixels: a parallel projection along `away`.
-struct View {
-  Vec3 right = Vec3::UnitX(), up = Vec3::UnitZ(), away = Vec3::UnitY();
+struct View : Sight {
   double scale = 1.0;                // pixels a metre
   double left_x = 0.0, top_y = 0.0;  // m, of the upper left corner
   cv::Size size;                     // pixels, with margins
@@ -55,50 +49,9 @@ cv::Point fixed(const cv::Point2d& pixel) {
           cvRound(std::clamp(pixel.y, -most, most) * (1 << shift))};
 }
 
-// Everything that should be in the picture: bounded walls, the particles at the start, and those
-// that stay near the walls later.
-sim::Box scene_box(const SceneRun& run) {
-  std::vector<sim::Wall> walls;
-  for (std::size_t f = 0; f < run.frames.size(); ++f) {
-    if (run.frames[f].walls.empty()) continue;
-    if (!walls.empty() && f + 1 < run.frames.size() && f % 8 != 0) continue;
-    walls.insert(walls.end(), run.frames[f].walls.begin(), run.frames[f].walls.end());
-  }
-  sim::Box box = picture_box(walls, {});
-  const sim::Box of_walls = box;
-  const Vec3 reach = 0.5 * (of_walls.high - of_walls.low);
-  for (const SceneFrame& frame : run.frames) {
-    for (std::size_t i = 0; i < frame.state.position.size(); ++i) {
-      const Vec3& middle = frame.state.position[i];
-      const double radius = run.scene.types[run.scene.bodies[i].type].bounding_radius;
-      for (int axis = 0; axis < 3; ++axis) {
-        const bool bounded = of_walls.low[axis] <= of_walls.high[axis];
-        const double low = middle[axis] - radius, high = middle[axis] + radius;
-        const double room = std::max(reach[axis], 2.0 * radius);
-        const bool is_far = low < of_walls.low[axis] - room || high > of_walls.high[axis] + room;
-        const bool is_between =
-            middle[axis] >= of_walls.low[axis] && middle[axis] <= of_walls.high[axis];
-        if (bounded &&
-            ((is_far && &frame != &run.frames.front()) || (is_between && reach[axis] > 0.0))) {
-          continue;
-        }
-        box.low[axis] = std::min(box.low[axis], low);
-        box.high[axis] = std::max(box.high[axis], high);
-      }
-    }
-  }
-  return box;
-}
-
 View make_view(const sim::Box& box, bool is_planar) {
   View view;
-  if (!is_planar) {
-    const double azimuth = 0.5, elevation = 0.42;  // rad; from the front left, a little from above
-    view.right = Vec3(std::cos(azimuth), -std::sin(azimuth), 0.0);
-    const Vec3 ahead(std::sin(azimuth), std::cos(azimuth), 0.0);
-    view.away = std::cos(elevation) * ahead - std::sin(elevation) * Vec3::UnitZ();
-    view.up = std::sin(elevation) * ahead + std::cos(elevation) * Vec3::UnitZ();
-  }
+  if (!is_planar) static_cast<Sight&>(view) = spatial_sight();
   double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 point((corner & 1) != 0 ? box.high.x() : box.low.x(),
@@ -171,31 +124,14 @@ void draw_caption(cv::Mat& picture,
   draw_scale_bar(picture, view);
 }
 
-// By the place in the filling: few particles in turn, many in layers by their height at the start.
-std::vector<cv::Scalar> body_colours(const SceneRun& run) {
-  const std::size_t count = run.scene.bodies.size();
-  std::vector<cv::Scalar> all(count);
-  constexpr std::size_t few = 40;
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
-  const std::size_t bands = colours.size();
-  if (count > few) {
-    std::size_t frame = 0;
-    while (frame + 1 < run.frames.size() && (run.frames[frame].state.position.size() < count ||
-                                             run.frames[frame].state.time < run.event_time)) {
-      ++frame;
-    }
-    const std::vector<Vec3>& place = run.frames[frame].state.position;
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      const double low = a < place.size() ? place[a].z() : 0.0;
-      const double high = b < place.size() ? place[b].z() : 0.0;
-      return low != high ? low < high : a < b;
-    });
+// Of every body, for OpenCV: blue, green, red.
+std::vector<cv::Scalar> inks_of_bodies(const SceneRun& run) {
+  std::vector<cv::Scalar> inks;
+  for (const std::size_t colour : body_colours(run)) {
+    const auto& [red, green, blue] = palette[colour];
+    inks.emplace_back(blue, green, red);
   }
-  for (std::size_t rank = 0; rank < count; ++rank) {
-    all[order[rank]] = colours[count > few ? rank * bands / count : rank % bands];
-  }
-  return all;
+  return inks;
 }
 
 // Ticks that go with a surface that drags.
@@ -222,7 +158,7 @@ class PlanarPainter {
                 const SceneRun& run,
                 const sim::Box& box,
                 const View& view)
-      : file_(file), run_(run), box_(box), view_(view), colours_(body_colours(run)) {}
+      : file_(file), run_(run), box_(box), view_(view), colours_(inks_of_bodies(run)) {}
 
   void draw(std::size_t frame, cv::Mat& picture) const {
     const sim::State& state = run_.frames[frame].state;
@@ -305,7 +241,7 @@ class SpatialPainter {
                  const SceneRun& run,
                  const sim::Box& box,
                  const View& view)
-      : file_(file), run_(run), box_(box), view_(view), colours_(body_colours(run)) {}
+      : file_(file), run_(run), box_(box), view_(view), colours_(inks_of_bodies(run)) {}
 
   void draw(std::size_t frame, cv::Mat& picture) {
     const sim::State& state = run_.frames[frame].state;

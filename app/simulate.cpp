@@ -11,6 +11,7 @@
 #include "app/run_record.h"
 #include "app/scene_files.h"
 #include "app/scene_picture.h"
+#include "app/scene_povray.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::app {
@@ -46,6 +47,7 @@ Json run_record(const SimulateCommand& command,
           {"jobs", 1},
           {"options",
            {{"render", command.render},
+            {"povray", command.povray},
             {"paraview", command.paraview},
             {"ovito", command.ovito},
             {"time_limit_s", command.time_limit}}},
@@ -125,6 +127,7 @@ Done simulate_and_write(const SimulateCommand& command,
   done.simulating = seconds_since(start);
   done.result = scene_result(file, done.run);
   write_scene_tables(folder, file, done.run);
+  if (command.povray) write_povray(folder, file, done.run);
   if (command.paraview) write_paraview(folder, done.run);
   if (command.ovito) write_ovito(folder, done.run);
   if (command.render) {

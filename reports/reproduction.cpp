@@ -214,7 +214,8 @@ Figure figure_of(const Json& curve) {
 std::string chapter_of(const std::string& name) {
   if (name.starts_with("deck")) return "Decks";
   if (name.starts_with("appendix")) return "Appendices";
-  if (name == "study-macro") return "Chapter 4";
+  if (name == "study-micro" || name == "study-macro") return "Chapter 4";
+  if (name == "study-shape") return "Chapter 5";
   for (const char letter : name) {
     if (letter == '1' || letter == '2') return "Chapters 1 and 2";
     if (letter >= '3' && letter <= '5') return std::string("Chapter ") + letter;

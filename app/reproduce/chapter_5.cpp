@@ -88,7 +88,7 @@ void examine_table_5_2(Examination& exam, const ThesisData& thesis) {
     for (const char* column : {"skewness", "kurtosis"}) {
       exam.not_run(ratio + column,
                    thesis.cell(name, row, column, "-"),
-                   "the beds of 5000 particles are not simulated again here");
+                   "the beds of 5000 particles are simulated again by study-shape");
     }
   }
   // The kurtosis of a normal distribution is 3

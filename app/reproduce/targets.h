@@ -58,12 +58,14 @@ void examine_beverloo_lines(Examination& exam, const ThesisData& thesis);
 void examine_table_4_6(Examination& exam, const ThesisData& thesis);
 void examine_table_4_7(Examination& exam, const ThesisData& thesis);
 void examine_kinematic(Examination& exam, const ThesisData& thesis);
+void simulate_micro(Examination& exam, const ThesisData& thesis, Studies& studies);
 void simulate_macro(Examination& exam, const ThesisData& thesis, Studies& studies);
 
 // Chapter 5
 void examine_eq_5_1(Examination& exam, const ThesisData& thesis);
 void examine_table_5_1(Examination& exam, const ThesisData& thesis);
 void examine_table_5_2(Examination& exam, const ThesisData& thesis);
+void simulate_shapes(Examination& exam, const ThesisData& thesis, Studies& studies);
 
 // Appendices
 void examine_decks(Examination& exam, const ThesisData& thesis);

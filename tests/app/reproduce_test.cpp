@@ -20,7 +20,7 @@ const fs::path source = GRAINTRUTH_SOURCE_DIR;
 class Reproduce : public testing::Test {
  protected:
   void SetUp() override {
-    fs::create_directories(folder_ / "data");
+    fs::create_directories(folder_ / "data/scenes");
     fs::copy(source / "datasets/thesis", folder_ / "data/thesis");
     setenv("GRAINTRUTH_DATA", (folder_ / "data").c_str(), 1);
   }
@@ -151,6 +151,46 @@ TEST_F(Reproduce, SimulatesOnceAndRebuildsFromWhatIsStored) {
   change("resimulation", "impulse,time,0.05", "impulse,time,0.04");
   EXPECT_EQ(reproduce({"eq-3.7"}).status, 0);
   EXPECT_NE(fs::last_write_time(study), written);
+}
+
+// The study of friction, cut short: soft particles, few frames. Friction tells runs apart, and what
+// is stored is not run again.
+TEST_F(Reproduce, MicroStudyTellsFrictionsApartAndResumes) {
+  fs::copy(source / "datasets/scenes/micro_thesis.toml", folder_ / "data/scenes/micro_thesis.toml");
+  change("table_4_1_micro_properties", "elastic_modulus,6.89", "elastic_modulus,0.05");
+  change("micro_experiment_setup", "frames_used,25", "frames_used,9");
+  change("micro_experiment_setup", "\nreplicates,5", "\nreplicates,3");
+  change("resimulation", "micro,step_fraction,1;0.1", "micro,step_fraction,2;1");
+  const ProgramOutcome first = reproduce({"study-micro"});
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_EQ(verdict(first, "experiment at 0.1, simulation at 0.35: farther than one at 0.1"),
+            "confirmed");
+  EXPECT_EQ(verdict(first, "friction 0.1: RMS change by a tenth of the time step"), "confirmed");
+  const fs::path kept = folder_ / "run/studies/study-micro-friction-0.1-step-1.json";
+  const auto written = fs::last_write_time(kept);
+  fs::remove(folder_ / "run/studies/study-micro-friction-0.2-step-1.json");
+  EXPECT_EQ(reproduce({"study-micro"}).out, first.out);
+  EXPECT_EQ(fs::last_write_time(kept), written);
+}
+
+// Four small, soft beds: without friction the floor bears the whole weight, whatever the shape.
+TEST_F(Reproduce, ShapeStudyRestsItsWholeWeightOnTheFloor) {
+  std::string scene = content_of(source / "datasets/scenes/shape_study.toml");
+  scene = with(scene, "elastic_modulus_gpa = 3.5", "elastic_modulus_mpa = 100");
+  scene = with(scene, "longest_s = 5.0", "longest_s = 1.5");
+  scene = with(scene, "duration_s = 1.4", "duration_s = 0.3");
+  std::ofstream(folder_ / "data/scenes/shape_study.toml") << scene;
+  change("table_5_1_parameters", "\nparticles,5000", "\nparticles,40");
+  change("table_5_1_parameters", "hopper_width,100", "hopper_width,20");
+  change("resimulation", "shape,seeds,3", "shape,seeds,1");
+  const ProgramOutcome outcome = reproduce({"study-shape"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  for (const char* ratio : {"1", "2"})
+    EXPECT_EQ(
+        verdict(outcome,
+                std::string("aspect ratio ") + ratio + ": force on the bottom off the weight"),
+        "confirmed");
+  EXPECT_FALSE(verdict(outcome, "aspect ratio 4: grains rotate less than spheres").empty());
 }
 
 TEST_F(Reproduce, NeedsItsData) {

@@ -55,7 +55,7 @@ TEST(SceneRun, EveryBundledSceneStarts) {
     expect_start(entry.path());
     ++started;
   }
-  EXPECT_EQ(started, 7);
+  EXPECT_EQ(started, 9);
 }
 
 TEST(SceneRun, EveryDeckOfTheThesisStarts) {

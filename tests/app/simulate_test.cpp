@@ -1,6 +1,7 @@
 // The verb simulate as a user meets it: what it leaves, how it stops, what it refuses.
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <thread>
 
 #include "tests/app/bad_input.h"
@@ -62,7 +63,7 @@ TEST_F(Simulate, LeavesTracksTablesAndResult) {
 
 TEST_F(Simulate, DrawsAndExportsEveryFrame) {
   const ProgramOutcome outcome =
-      simulate(planar_scene(), {"--render", "--paraview", "--ovito", "--seed", "3"});
+      simulate(planar_scene(), {"--render", "--povray", "--paraview", "--ovito", "--seed", "3"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_GT(std::filesystem::file_size(in_run("simulation.mp4")), 1000u);
   EXPECT_TRUE(content_of(in_run("simulation.png")).starts_with("\x89PNG"));
@@ -77,6 +78,26 @@ TEST_F(Simulate, DrawsAndExportsEveryFrame) {
   }
   EXPECT_EQ(snapshots, 3u);
   EXPECT_TRUE(contains(dump, "ITEM: ATOMS id mol type x y z radius vx vy vz"));
+}
+
+// POV-Ray's y is up and its z away: x, z and y of the tracks.
+TEST_F(Simulate, PovRaySeesEverySphereWhereItIs) {
+  ASSERT_EQ(
+      simulate(with(small_scene(), "longest_s = 2.0", "longest_s = 0.01"), {"--povray"}).status, 0);
+  const std::string scene = content_of(in_run("povray/frame_00001.pov"));
+  EXPECT_TRUE(contains(scene, "#include \"scene.inc\""));
+  EXPECT_TRUE(contains(content_of(in_run("povray/scene.inc")), "camera {"));
+  const std::regex sphere("sphere \\{ <([^,]+), ([^,]+), ([^>]+)>, ([^ ]+) texture");
+  std::size_t particle = 0;
+  const std::vector<Row> rows = read_rows(in_run("tracks/simulation.csv"));
+  for (std::sregex_iterator at(scene.begin(), scene.end(), sphere), end; at != end; ++at) {
+    const Row& row = rows.at(27 + particle++);  // 27 balls a frame
+    EXPECT_EQ(std::stod((*at)[1]), number(row, "x_m"));
+    EXPECT_EQ(std::stod((*at)[2]), number(row, "z_m"));
+    EXPECT_EQ(std::stod((*at)[3]), number(row, "y_m"));
+    EXPECT_EQ(std::stod((*at)[4]), 0.01);
+  }
+  EXPECT_EQ(particle, 27u);
 }
 
 TEST_F(Simulate, SpatialScenesAreDrawnAndTrackedToo) {

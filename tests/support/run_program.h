@@ -1,4 +1,5 @@
-// Runs the built program as a user does: arguments in; stdout, stderr and exit status out.
+// Runs the built program (or another) as a user does: arguments in; stdout, stderr and exit status
+// out.
 #pragma once
 
 #include <fcntl.h>
@@ -25,10 +26,11 @@ struct ProgramOutcome {
 // The program under way. What it prints goes to files without a name, so that it never blocks.
 class RunningProgram {
  public:
-  explicit RunningProgram(const std::vector<std::string>& arguments)
+  explicit RunningProgram(const std::vector<std::string>& arguments,
+                          const std::string& program = GRAINTRUTH_PROGRAM)
       : out_(std::tmpfile()), err_(std::tmpfile()), start_(Clock::now()) {
     if (out_ == nullptr || err_ == nullptr) throw std::runtime_error("no temporary file");
-    std::vector<char*> argv = {const_cast<char*>(GRAINTRUTH_PROGRAM)};
+    std::vector<char*> argv = {const_cast<char*>(program.c_str())};
     for (const std::string& argument : arguments)
       argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
@@ -38,7 +40,7 @@ class RunningProgram {
       ::dup2(::open("/dev/null", O_RDONLY), STDIN_FILENO);
       ::dup2(::fileno(out_), STDOUT_FILENO);
       ::dup2(::fileno(err_), STDERR_FILENO);
-      ::execv(GRAINTRUTH_PROGRAM, argv.data());
+      ::execv(program.c_str(), argv.data());
       ::_exit(127);
     }
   }
@@ -86,8 +88,9 @@ class RunningProgram {
   pid_t child_ = 0;
 };
 
-inline ProgramOutcome run_program(const std::vector<std::string>& arguments) {
-  return RunningProgram(arguments).wait();
+inline ProgramOutcome run_program(const std::vector<std::string>& arguments,
+                                  const std::string& program = GRAINTRUTH_PROGRAM) {
+  return RunningProgram(arguments, program).wait();
 }
 
 }  // namespace graintruth::tests
