@@ -313,7 +313,7 @@ void Engine<D>::start() {
   StepOnly observe;
   add_forces(observe);
   find_accelerations(gravity_, factors_, limit_, bodies_);
-  shift_half_step(-factors_.half, bodies_);
+  shift_half_step(-factors_.half, global_damping_, bodies_);
 }
 
 template <int D>
@@ -531,7 +531,7 @@ template <int D>
 void Engine<D>::use_time_step(double time_step) {
   if (time_step == factors_.time_step) return;
   const StepFactors changed = step_factors(time_step, global_damping_);
-  shift_half_step(factors_.half - changed.half, bodies_);
+  shift_half_step(factors_.half - changed.half, global_damping_, bodies_);
   factors_ = changed;
 }
 
@@ -575,7 +575,7 @@ void Engine<D>::clear_velocities() {
     motion.spin = Motion<D>::no_tangent();
     if constexpr (D == 3) bodies_.turns.spin_in_body.set(i, Motion<D>::no_tangent());
   }
-  shift_half_step(-factors_.half, bodies_);
+  shift_half_step(-factors_.half, global_damping_, bodies_);
 }
 
 template <int D>

@@ -158,7 +158,7 @@ template <int D>
   const auto velocity = next(block.velocity.at(k), acceleration, step);
   block.position.set(k, block.position.at(k) + step.time_step * velocity);
   block.velocity.set(k, velocity);
-  block.velocity_now.set(k, velocity + step.half * acceleration);
+  block.velocity_now.set(k, step.predict * velocity + step.half * acceleration);
 }
 
 [[gnu::always_inline]] inline void advance_of(const StepFactors& step,
@@ -174,7 +174,7 @@ template <int D>
     const double angular = row.angular_acceleration.at(k);
     const double spin = next(block.spin.at(k), angular, step);
     block.spin.set(k, spin);
-    block.spin_now.set(k, spin + step.half * angular);
+    block.spin_now.set(k, step.predict * spin + step.half * angular);
     const double angle = spin * step.time_step;
     angles[k] += angle;
     const SmallTurn small = small_turn(angle);
@@ -207,7 +207,7 @@ template <int D>
     const Rotation world_from_body = (1.5 - 0.5 * squared(turned)) * turned;
     rotation.set(k, world_from_body);
     block.spin.set(k, turned_by(world_from_body, spin));
-    block.spin_now.set(k, turned_by(world_from_body, spin + step.half * angular));
+    block.spin_now.set(k, turned_by(world_from_body, step.predict * spin + step.half * angular));
   }
 }
 
@@ -311,19 +311,22 @@ Speeds next_speeds(const StepFactors& step, const Bodies<3>& bodies, int i) {
   return {std::sqrt(squared(velocity)), std::sqrt(squared(spin))};
 }
 
-void shift_half_step(double later, Bodies<2>& bodies) {
+void shift_half_step(double later, double global_damping, Bodies<2>& bodies) {
   for (int i = 0; i < bodies.count(); ++i) {
     BodyMotion<2>& motion = bodies.motion[i];
-    motion.velocity = motion.velocity + later * bodies.acceleration.at(i);
-    motion.spin += later * bodies.angular_acceleration.at(i);
+    motion.velocity =
+        motion.velocity + later * (bodies.acceleration.at(i) - global_damping * motion.velocity);
+    motion.spin += later * (bodies.angular_acceleration.at(i) - global_damping * motion.spin);
   }
 }
-void shift_half_step(double later, Bodies<3>& bodies) {
+void shift_half_step(double later, double global_damping, Bodies<3>& bodies) {
   for (int i = 0; i < bodies.count(); ++i) {
     BodyMotion<3>& motion = bodies.motion[i];
-    motion.velocity = motion.velocity + later * bodies.acceleration.at(i);
+    motion.velocity =
+        motion.velocity + later * (bodies.acceleration.at(i) - global_damping * motion.velocity);
+    const SpatialVector before = bodies.turns.spin_in_body.at(i);
     const SpatialVector spin =
-        bodies.turns.spin_in_body.at(i) + later * bodies.angular_acceleration.at(i);
+        before + later * (bodies.angular_acceleration.at(i) - global_damping * before);
     bodies.turns.spin_in_body.set(i, spin);
     motion.spin = turned_by(bodies.turns.world_from_body.at(i), spin);
   }

@@ -8,16 +8,22 @@ namespace graintruth::sim {
 // What one step does with velocities. Global damping f (1/s), centred (thesis 1.82-1.83 with
 // gravity put back):
 //   v(N+1/2) = [v(N-1/2) (1 - f dt/2) + a dt] / (1 + f dt/2)
+//   v(N+1) = v(N+1/2) + (a - f v) dt/2                         predicted
 struct StepFactors {
   double time_step = 0.0;
-  double half = 0.0;  // s; dt/2
-  double keep = 1.0;  // -; (1 - f dt/2)/(1 + f dt/2)
-  double gain = 0.0;  // s; dt/(1 + f dt/2)
+  double half = 0.0;     // s; dt/2
+  double keep = 1.0;     // -; (1 - f dt/2)/(1 + f dt/2)
+  double gain = 0.0;     // s; dt/(1 + f dt/2)
+  double predict = 1.0;  // -; 1 - f dt/2
 };
 
 inline StepFactors step_factors(double time_step, double global_damping) {
   const double loss = 0.5 * global_damping * time_step;
-  return {time_step, 0.5 * time_step, (1.0 - loss) / (1.0 + loss), time_step / (1.0 + loss)};
+  return {time_step,
+          0.5 * time_step,
+          (1.0 - loss) / (1.0 + loss),
+          time_step / (1.0 + loss),
+          1.0 - loss};
 }
 
 // How far the surface of a body may come in one step, and how far its accelerations take it.
@@ -59,8 +65,9 @@ struct Speeds {
 Speeds next_speeds(const StepFactors& step, const Bodies<2>& bodies, int i);
 Speeds next_speeds(const StepFactors& step, const Bodies<3>& bodies, int i);
 
-// After a change of the time step: the half-step velocities are those `later` (s).
-void shift_half_step(double later, Bodies<2>& bodies);
-void shift_half_step(double later, Bodies<3>& bodies);
+// At the start and after a change of the time step: the half-step velocities are those `later` (s),
+//   v + (a - f v) later
+void shift_half_step(double later, double global_damping, Bodies<2>& bodies);
+void shift_half_step(double later, double global_damping, Bodies<3>& bodies);
 
 }  // namespace graintruth::sim
