@@ -7,11 +7,13 @@
 
 #include "sim/restitution.h"
 #include "sim/simulation.h"
+#include "tests/sim/cases/incline.h"
 
 namespace graintruth::sim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using cases::kGravity;
+
 constexpr double kRadius = 0.01;
 
 // One ball just above a rigid plane, without weight.
@@ -78,23 +80,9 @@ TEST(ThesisDamping, ReboundsLessThanAsked) {
   }
 }
 
-// A row of balls flat on a plane whose gravity is tilted.
+// Five balls flat on a plane whose gravity is tilted.
 Scene on_incline(double incline, const Surfaces& surfaces) {
-  Scene scene;
-  scene.planar = true;
-  scene.gravity = kGravity * Vec3(std::sin(incline), 0.0, -std::cos(incline));
-  const int material = scene.add_material({3.5e9, 0.3});
-  const int rigid = scene.add_material(rigid_material());
-  scene.surfaces.set(material, rigid, surfaces);
-  const int type =
-      scene.add_type(make_clump(chain_of_spheres(5, kRadius, 2.0 * kRadius), {.density = 1256.4}));
-  const double modulus =
-      mix(scene.materials[0], scene.materials[1], {}, Tension::allowed, 0.0).normal_modulus;
-  const double load = -scene.types[type].mass * scene.gravity.z() / 5.0;
-  const double overlap = std::pow(load / (4.0 / 3.0 * modulus * std::sqrt(kRadius)), 2.0 / 3.0);
-  scene.add_body(type, {0.0, 0.0, kRadius - overlap});
-  scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitZ(), {}, rigid));
-  return scene;
+  return cases::on_incline(5, kRadius, incline, surfaces, true);
 }
 
 double acceleration_of(Simulation& simulation) {
@@ -119,8 +107,8 @@ TEST(Sliding, IsCoulombsForEveryForm) {
   }
 }
 
-// Static and dynamic friction of the thesis's buttons. At 18 degrees they hold, although gravity sets
-// in at once and the springs overshoot; they slide on once they have been pushed.
+// Static and dynamic friction of the thesis's buttons. At 18 degrees they hold, although gravity
+// sets in at once and the springs overshoot; they slide on once they have been pushed.
 TEST(StaticFriction, HoldsUntilItSlips) {
   const Surfaces buttons{.friction = 0.2, .restitution = 0.5, .static_friction = 0.61};
   const double incline = 0.1 * std::numbers::pi;  // tan = 0.325
