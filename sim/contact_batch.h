@@ -5,6 +5,7 @@
 #include <array>
 
 #include "sim/columns.h"
+#include "sim/contact_law.h"
 
 namespace graintruth::sim {
 
@@ -28,6 +29,14 @@ template <int D>
 struct RelativeMotionColumns {
   BatchVectors<D> at_centre;  // m/s
   BatchTangents<D> spin;      // rad/s
+};
+
+// Of laws with a memory: what the contact carries on, and what its rolling gave.
+template <int D>
+struct RememberedContact {
+  ContactMemory<D> memory;
+  double elastic_force = 0.0;  // N
+  RollingResistance<D> rolling = {Motion<D>::no_tangent(), Motion<D>::no_tangent(), 0.0};
 };
 
 template <int D>
@@ -67,6 +76,9 @@ struct ContactBatch {
   BatchVectors<D> force;              // N, on the second body
   BatchTangents<D> moment;            // N m; of it about the first body's centre
   BatchTangents<D> second_moment;     // N m; about the second's (not with walls)
+
+  // Only of laws that need it
+  std::array<RememberedContact<D>, kBatchRows> remembered;
 };
 
 }  // namespace graintruth::sim

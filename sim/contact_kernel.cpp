@@ -71,6 +71,40 @@ template <int D>
   }
 }
 
+// The force that presses, before the dashpot. Under a law with a memory, of which `remembered` is
+// carried on, it may depend on the past; so may the tangential spring.
+template <int D>
+double remembered_force(const ChosenLaw& law,
+                        const PairMaterial& pair,
+                        const ContactBatch<D>& batch,
+                        int k,
+                        double approach,
+                        typename Motion<D>::Tangent& spring,
+                        RememberedContact<D>& remembered) {
+  const double stiffness = batch.stiffness.at(k);
+  ContactMemory<D>& memory = remembered.memory;
+  if (batch.was_touching[k] == kOpen) memory = {};
+  double force = elastic_force(law, stiffness, batch.overlap.at(k));
+  if (law.normal_spring == NormalSpring::incremental) {
+    const double hertz = hertz_force(stiffness, batch.overlap.at(k));
+    force = incremental_force(memory.elastic_force, approach, batch.stiffness_factor.at(k), hertz);
+    memory.elastic_force = force;
+  }
+  if (law.tangential_spring == TangentialSpring::mindlin_scaled) {
+    const double now = tangential_stiffness_of(law, pair, stiffness);
+    if (now > memory.stiffness) spring = (memory.stiffness / now) * spring;
+    memory.stiffness = now;
+  }
+  remembered.elastic_force = force;
+  return force;
+}
+
+// R* from the stiffness factor 2 E* sqrt(R*).
+inline double reduced_radius_of(const PairMaterial& pair, double stiffness_factor) {
+  const double root = stiffness_factor / (2.0 * pair.normal_modulus);
+  return root * root;
+}
+
 template <int D, class Law>
 [[gnu::always_inline]] inline void apply_law_to(const Law& law,
                                                 const PairTable& pairs,
@@ -102,11 +136,18 @@ template <int D, class Law>
                                                  stiffness,
                                                  batch.contact_count.at(k));
     auto spring = batch.spring.at(k);
+    double elastic;
+    if constexpr (std::is_same_v<Law, DefaultLaw>) {
+      elastic = elastic_force(law, stiffness, overlap);
+    } else {
+      const double approach = -batch.slip_time.at(k) * dot(moved, normal);
+      elastic = remembered_force(law, pair, batch, k, approach, spring, batch.remembered[k]);
+    }
     const ContactForce<D> force = contact_force<D>(law,
                                                    pair,
                                                    motion,
                                                    normal,
-                                                   overlap,
+                                                   elastic,
                                                    stiffness,
                                                    dashpot,
                                                    batch.was_touching[k] == kSliding,
@@ -125,6 +166,24 @@ template <int D, class Law>
     batch.moment.set(k, about_first);
     // About the second centre: that about the first and (x_1 - x_2) x force
     batch.second_moment.set(k, about_first + moment(batch.offset.at(k), on_second));
+
+    // 4. Against rolling: the same moment on both, the other way round
+    if constexpr (!std::is_same_v<Law, DefaultLaw>) {
+      if (!law.has_rolling_friction) continue;
+      RememberedContact<D>& remembered = batch.remembered[k];
+      remembered.rolling =
+          rolling_resistance<D>(pair,
+                                batch.slip_time.at(k) * batch.moved.spin.at(k),
+                                batch.moving.spin.at(k),
+                                normal,
+                                reduced_radius_of(pair, batch.stiffness_factor.at(k)),
+                                stiffness,
+                                batch.reduced_mass.at(k),
+                                std::max(force.normal, 0.0),
+                                remembered.memory.rolled);
+      batch.moment.set(k, batch.moment.at(k) + remembered.rolling.moment);
+      batch.second_moment.set(k, batch.second_moment.at(k) + remembered.rolling.moment);
+    }
   }
 }
 

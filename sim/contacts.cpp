@@ -35,6 +35,7 @@ void keep_springs(const ContactList<D>& old_list, ContactList<D>& new_list) {
       if (std::pair(old_list.first_sphere[k], old_list.second_sphere[k]) != key) continue;
       new_list.spring[c] = old_list.spring[k];
       new_list.is_touching[c] = old_list.is_touching[k];
+      if (new_list.remembers()) new_list.memory[c] = old_list.memory[k];
     }
   }
 }
@@ -71,6 +72,14 @@ void ContactList<D>::clear() {
   stiffness_factor.clear();
   spring.clear();
   is_touching.clear();
+  memory.clear();
+}
+
+template <int D>
+void ContactList<D>::remember(bool yes) {
+  if (remembers_ == yes) return;
+  remembers_ = yes;
+  memory.assign(yes ? reach.size() : 0, {});
 }
 
 template <int D>
@@ -81,6 +90,7 @@ void ContactList<D>::add(int first, int second, double sum_of_radii, double fact
   stiffness_factor.push_back(factor);
   spring.push_back(Motion<D>::no_tangent());
   is_touching.push_back(0);
+  if (remembers_) memory.emplace_back();
 }
 
 template <int D>
@@ -101,6 +111,8 @@ void ContactSearch<D>::find(const Bodies<D>& bodies,
                             double margin,
                             ContactList<D>& between_bodies,
                             ContactList<D>& with_walls) {
+  new_between_.remember(between_bodies.remembers());
+  new_walls_.remember(with_walls.remembers());
   find_pairs(bodies, pairs, material_count, margin);
   find_walls(bodies, walls, pairs, material_count, margin);
   keep_springs(between_bodies, new_between_);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/bodies.h"
+#include "sim/contact_law.h"
 #include "sim/neighbours.h"
 #include "sim/walls.h"
 
@@ -42,12 +43,19 @@ struct ContactList {
   std::vector<typename Motion<D>::Tangent> spring;
   // kOpen, kTouching or kSliding; not bytes, whose stores could alias everything
   std::vector<int> is_touching;
+  std::vector<ContactMemory<D>> memory;  // one a candidate, or none while the law needs none
 
   void clear();
+  // Whether candidates have a memory. One that begins is empty.
+  void remember(bool yes);
   void add(int first, int second, double sum_of_radii, double factor);
   // Makes a group of the candidates added since the last one, if there are any.
   void close_group(int first, int second, int pair, double reduced_mass);
   int count() const { return static_cast<int>(reach.size()); }
+  bool remembers() const { return remembers_; }
+
+ private:
+  bool remembers_ = false;
 };
 
 // Fills both lists with everything closer than `margin` (m); springs of contacts in the old lists

@@ -19,7 +19,21 @@ constexpr double kSkinInUse = 0.7;
 constexpr std::int64_t kStepsPerSkin = 60;
 constexpr double kFirstSkin = 0.05, kSmallestSkin = 0.002, kLargestSkin = 0.3;
 
-// Books the work of dashpots and of tangential forces, J.
+// Normal force of the springs alone, N, and the energy in them, J.
+template <int D>
+double elastic_force_of(const BatchView<D>& view, int k) {
+  if (view.list.remembers()) return view.batch.remembered[k].elastic_force;
+  return elastic_force(view.law, view.batch.stiffness.at(k), view.batch.overlap.at(k));
+}
+template <int D>
+double elastic_energy_of(const BatchView<D>& view, int k) {
+  if (view.law.normal_spring == NormalSpring::incremental) {
+    return energy_of_force(elastic_force_of(view, k), view.batch.stiffness_factor.at(k));
+  }
+  return elastic_energy(view.law, view.batch.stiffness.at(k), view.batch.overlap.at(k));
+}
+
+// Books the work of dashpots and of tangential forces and rolling moments, J.
 struct WorkTally {
   static constexpr bool commits = true;
   double time_step = 0.0;
@@ -29,10 +43,13 @@ struct WorkTally {
   void operator()(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
-      const double elastic = elastic_force(view.law, batch.stiffness.at(k), batch.overlap.at(k));
+      const double elastic = elastic_force_of(view, k);
       damping_loss += (elastic - batch.normal_force.at(k)) * batch.normal_speed.at(k) * time_step;
       tangential_work -=
           product_of(batch.tangential_force.at(k), batch.tangential_speed.at(k)) * time_step;
+      if (!view.law.has_rolling_friction) continue;
+      const RollingResistance<D>& rolling = batch.remembered[k].rolling;
+      tangential_work -= product_of(rolling.moment, rolling.speed) * time_step;
     }
   }
 };
@@ -40,15 +57,18 @@ struct WorkTally {
 struct SpringEnergy {
   static constexpr bool commits = false;
   double normal = 0.0;
-  double tangential = 0.0;
+  double tangential = 0.0;  // and of rolling
   template <int D>
   void operator()(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
-      normal += elastic_energy(view.law, batch.stiffness.at(k), batch.overlap.at(k));
+      normal += elastic_energy_of(view, k);
       const double stiffness =
           tangential_stiffness_of(view.law, view.pairs[batch.pair[k]], batch.stiffness.at(k));
       tangential += 0.5 * stiffness * product_of(batch.spring.at(k), batch.spring.at(k));
+      if (!view.law.has_rolling_friction) continue;
+      const auto rolled = batch.remembered[k].memory.rolled;
+      tangential += 0.5 * batch.remembered[k].rolling.stiffness * product_of(rolled, rolled);
     }
   }
 };
@@ -177,18 +197,29 @@ std::int64_t second_of(const ContactList<D>& list, int candidate, bool with_wall
   return with_walls ? list.groups[list.group_of[candidate]].second : list.second_sphere[candidate];
 }
 
+inline void tangent_to(double tangent, double (&numbers)[3]) { numbers[0] = tangent; }
+inline void tangent_to(SpatialVector tangent, double (&numbers)[3]) {
+  numbers[0] = tangent.x;
+  numbers[1] = tangent.y;
+  numbers[2] = tangent.z;
+}
+inline void tangent_from(const double (&numbers)[3], double& tangent) { tangent = numbers[0]; }
+inline void tangent_from(const double (&numbers)[3], SpatialVector& tangent) {
+  tangent = {numbers[0], numbers[1], numbers[2]};
+}
+
 template <int D>
 void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<KeptContact>& kept) {
   for (int c = 0; c < list.count(); ++c) {
     if (!list.is_touching[c]) continue;
-    KeptContact contact{
-        list.first_sphere[c], second_of(list, c, with_walls), list.is_touching[c], {}};
-    if constexpr (D == 2) {
-      contact.spring[0] = list.spring[c];
-    } else {
-      contact.spring[0] = list.spring[c].x;
-      contact.spring[1] = list.spring[c].y;
-      contact.spring[2] = list.spring[c].z;
+    KeptContact contact{.first_sphere = list.first_sphere[c],
+                        .second = second_of(list, c, with_walls),
+                        .state = list.is_touching[c]};
+    tangent_to(list.spring[c], contact.spring);
+    if (list.remembers()) {
+      contact.elastic_force = list.memory[c].elastic_force;
+      contact.stiffness = list.memory[c].stiffness;
+      tangent_to(list.memory[c].rolled, contact.rolled);
     }
     kept.push_back(contact);
   }
@@ -204,12 +235,12 @@ void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList
         kept[next].second != second_of(list, c, with_walls)) {
       continue;
     }
-    const double* spring = kept[next].spring;
     list.is_touching[c] = static_cast<int>(kept[next].state);
-    if constexpr (D == 2) {
-      list.spring[c] = spring[0];
-    } else {
-      list.spring[c] = {spring[0], spring[1], spring[2]};
+    tangent_from(kept[next].spring, list.spring[c]);
+    if (list.remembers()) {
+      list.memory[c].elastic_force = kept[next].elastic_force;
+      list.memory[c].stiffness = kept[next].stiffness;
+      tangent_from(kept[next].rolled, list.memory[c].rolled);
     }
     ++next;
   }
@@ -303,7 +334,10 @@ void Engine<D>::choose_law() {
           .tangential_stiffness = options_.tangential_stiffness};
   for (const PairMaterial& pair : pairs_) {
     if (pair.static_friction > pair.friction) law_.has_static_friction = true;
+    if (pair.rolling_friction > 0.0) law_.has_rolling_friction = true;
   }
+  between_.remember(law_.needs_memory());
+  with_walls_.remember(law_.needs_memory());
 }
 
 // Accelerations at the start, so that the first half-step velocities are v(-1/2) = v0 - a0 dt/2
@@ -630,7 +664,12 @@ std::uint64_t Engine<D>::state_hash() const {
   }
   for (const ContactList<D>* list : {&between_, &with_walls_}) {
     for (int c = 0; c < list->count(); ++c) {
-      if (list->is_touching[c]) hash.add(list->spring[c]);
+      if (!list->is_touching[c]) continue;
+      hash.add(list->spring[c]);
+      if (!list->remembers()) continue;
+      hash.add(list->memory[c].elastic_force);
+      hash.add(list->memory[c].stiffness);
+      hash.add(list->memory[c].rolled);
     }
   }
   return hash.value;

@@ -107,6 +107,7 @@ inline void gather_contact(int k,
   // A contact that is new has, on average, existed for half of the step
   batch.slip_time.set(k, is_old ? setting.slip_time : 0.5 * setting.slip_time);
   batch.spring.set(k, chosen(is_old, list.spring[c], Motion<D>::no_tangent()));
+  if (list.remembers()) batch.remembered[k].memory = list.memory[c];
 }
 
 // Which candidates of the range touch: the row of one that does not is written over by the next.
@@ -280,6 +281,11 @@ void look_for_deep_overlap(const ForceSetting& setting,
 template <int D, class Law>
 void keep_springs_of(const Law& law, const ContactBatch<D>& batch, ContactList<D>& list) {
   for (int k = 0; k < batch.count; ++k) list.spring[batch.candidate[k]] = batch.spring.at(k);
+  if (list.remembers()) {
+    for (int k = 0; k < batch.count; ++k) {
+      list.memory[batch.candidate[k]] = batch.remembered[k].memory;
+    }
+  }
   if (!law.has_static_friction) return;
   for (int k = 0; k < batch.count; ++k) {
     if (batch.slides.at(k) != 0.0) list.is_touching[batch.candidate[k]] = kSliding;
@@ -289,7 +295,7 @@ void keep_springs_of(const Law& law, const ContactBatch<D>& batch, ContactList<D
 // A linear spring is as stiff at any overlap.
 template <int D, class Law>
 void use_linear_stiffness(const Law& law, ContactBatch<D>& batch) {
-  if (law.normal_spring == NormalSpring::hertz) return;
+  if (law.normal_spring != NormalSpring::linear) return;
   std::fill_n(batch.stiffness.value.begin(), batch.count, law.linear_stiffness);
 }
 
