@@ -51,6 +51,7 @@ class Engine {
   // Look at the contacts as the next step will see them; nothing is changed.
   Energy energy();
   std::vector<ContactReport> contacts();
+  ContactPeaks take_peaks();
   std::uint64_t state_hash() const;
 
  private:
@@ -60,6 +61,8 @@ class Engine {
   int add_forces_of_law(const Law& law, Observer& observe);
   void choose_law();
   void start();
+  void clear_peaks();
+  void add_watched_forces();
   void find_contacts();
   void find_contacts_if_moved();
   double fitting_skin() const;
@@ -110,6 +113,7 @@ class Engine {
   double tangential_work_ =
       0.0;                  // J; taken out of the motion by tangential forces, stored part included
   double wall_work_ = 0.0;  // J
+  ContactPeaks peaks_;
 };
 
 }  // namespace graintruth::sim

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "sim/engine.h"
 
@@ -33,14 +34,40 @@ double elastic_energy_of(const BatchView<D>& view, int k) {
   return elastic_energy(view.law, view.batch.stiffness.at(k), view.batch.overlap.at(k));
 }
 
-// Books the work of dashpots and of tangential forces and rolling moments, J.
-struct WorkTally {
+// Books the work of dashpots and of tangential forces and rolling moments, J, and looks for the
+// largest forces where there are `peaks`.
+struct StepWatch {
   static constexpr bool commits = true;
   double time_step = 0.0;
+  double time = 0.0;
+  ContactPeaks* peaks = nullptr;
   double damping_loss = 0.0;
   double tangential_work = 0.0;
   template <int D>
   void operator()(const BatchView<D>& view) {
+    tally(view);
+    if (peaks != nullptr) look_for_peaks(view);
+  }
+  template <int D>
+  void look_for_peaks(const BatchView<D>& view) {
+    for (int k = 0; k < view.batch.count; ++k) {
+      const ContactGroup& group = view.list.groups[view.batch.group[k]];
+      const double force = view.batch.normal_force.at(k);
+      double& of_first = peaks->of_body[group.first];
+      double& of_second =
+          view.with_walls ? peaks->of_wall[group.second] : peaks->of_body[group.second];
+      of_first = std::max(of_first, force);
+      of_second = std::max(of_second, force);
+      if (force <= peaks->normal_force) continue;
+      peaks->normal_force = force;
+      peaks->time = time;
+      peaks->first = group.first;
+      peaks->second = group.second;
+      peaks->with_wall = view.with_walls;
+    }
+  }
+  template <int D>
+  void tally(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
       const double elastic = elastic_force_of(view, k);
@@ -96,6 +123,8 @@ struct ContactRecorder {
     const auto normal = batch.normal.at(k);
     report.overlap = batch.overlap.at(k);
     report.normal = to_space(to_eigen(normal));
+    const auto lever = batch.arm.at(k) + (batch.radius.at(k) - 0.5 * report.overlap) * normal;
+    report.point = to_space(to_eigen(bodies.motion[group.first].position + lever), bodies.layer);
     report.normal_force = batch.normal_force.at(k);
     report.tangential_force = to_space(to_eigen(as_vector(batch.tangential_force.at(k), normal)));
     report.slides = batch.slides.at(k) != 0.0;
@@ -290,6 +319,7 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
     tangential_work_ = earlier->tangential_work_;
     wall_work_ = earlier->wall_work_;
   }
+  clear_peaks();
   list_moving_walls();
   move_walls_to(time_);
   find_contacts();
@@ -381,17 +411,8 @@ void Engine<D>::add_forces(Observer& observe) {
 template <int D>
 bool Engine<D>::step(double time) {
   // 1. Forces where the bodies are now
-  if (options_.tally_work) {
-    engine_detail::WorkTally tally{factors_.time_step};
-    add_forces(tally);
-    damping_loss_ += tally.damping_loss;
-    tangential_work_ += tally.tangential_work;
-    for (const int w : moving_walls_) {
-      const WallSurface<D>& wall = wall_surfaces_[w];
-      const double power =
-          wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
-      wall_work_ -= power * factors_.time_step;
-    }
+  if (options_.tally_work || options_.keep_peaks) {
+    add_watched_forces();
   } else {
     StepOnly observe;
     add_forces(observe);
@@ -412,6 +433,37 @@ bool Engine<D>::step(double time) {
     narrow_skin();
   }
   return true;
+}
+
+template <int D>
+void Engine<D>::add_watched_forces() {
+  engine_detail::StepWatch watch{
+      factors_.time_step, time_, options_.keep_peaks ? &peaks_ : nullptr};
+  add_forces(watch);
+  if (!options_.tally_work) return;
+  damping_loss_ += watch.damping_loss;
+  tangential_work_ += watch.tangential_work;
+  for (const int w : moving_walls_) {
+    const WallSurface<D>& wall = wall_surfaces_[w];
+    const double power =
+        wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
+    wall_work_ -= power * factors_.time_step;
+  }
+}
+
+template <int D>
+void Engine<D>::clear_peaks() {
+  peaks_ = {};
+  if (!options_.keep_peaks) return;
+  peaks_.of_body.assign(bodies_.count(), 0.0);
+  peaks_.of_wall.assign(wall_surfaces_.size(), 0.0);
+}
+
+template <int D>
+ContactPeaks Engine<D>::take_peaks() {
+  ContactPeaks taken = std::move(peaks_);
+  clear_peaks();
+  return taken;
 }
 
 template <int D>

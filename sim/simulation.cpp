@@ -289,6 +289,10 @@ std::vector<ContactReport> Simulation::contacts() const {
   return engines_->visit([](auto& engine) { return engine.contacts(); });
 }
 
+ContactPeaks Simulation::take_peaks() {
+  return engines_->visit([](auto& engine) { return engine.take_peaks(); });
+}
+
 Vec3 Simulation::wall_force(int wall) const {
   return engines_->visit([wall](const auto& engine) { return engine.wall_force(wall); });
 }

@@ -25,6 +25,8 @@ inline std::vector<HashedRun> hashed_runs() {
   const Surfaces surfaces{.friction = 0.3, .restitution = 0.6};
   Surfaces held = surfaces;
   held.static_friction = 0.5;
+  Surfaces rolling = surfaces;
+  rolling.rolling_friction = 0.05;
   Scene rig = scenes::micro_rig();
   relax_overlaps(rig);
   const scenes::BedSize flat{.columns = 8, .rows = 6, .depth = 1, .spheres = 3};
@@ -48,6 +50,10 @@ inline std::vector<HashedRun> hashed_runs() {
             .tangential_spring = TangentialSpring::constant,
             .tangential_stiffness = 8e3,
             .global_damping = 1.0},
+           0.1},
+          {"bed in space, rolling friction, scaled tangential springs",
+           scenes::falling_bed(deep, false, rolling),
+           {.tangential_spring = TangentialSpring::mindlin_scaled},
            0.1}};
 }
 
