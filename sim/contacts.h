@@ -58,8 +58,7 @@ struct ContactList {
   bool remembers_ = false;
 };
 
-// Fills both lists with everything closer than `margin` (m); springs of contacts in the old lists
-// are kept. The old lists are overwritten with the new ones.
+// Fills both lists anew with everything closer than `margin` (m); what touches keeps its spring.
 template <int D>
 class ContactSearch {
  public:
@@ -75,18 +74,24 @@ class ContactSearch {
   void find_pairs(const Bodies<D>& bodies,
                   const PairTable& pairs,
                   int material_count,
-                  double margin);
+                  double margin,
+                  ContactList<D>& list);
+  void add_pair(const Bodies<D>& bodies,
+                const IndexPair& near,
+                const PairTable& pairs,
+                int material_count,
+                double margin,
+                ContactList<D>& list);
   void find_walls(const Bodies<D>& bodies,
                   const std::vector<Wall>& walls,
                   const PairTable& pairs,
                   int material_count,
-                  double margin);
+                  double margin,
+                  ContactList<D>& list);
 
   CellList cells_;
   std::vector<Vec<D>> centres_;
-  std::vector<IndexPair> near_;
   std::vector<Box> wall_boxes_;
-  ContactList<D> new_between_, new_walls_;
 };
 
 }  // namespace graintruth::sim

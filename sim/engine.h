@@ -101,7 +101,7 @@ class Engine {
   double travel_ = 0.0;           // m; bound on the path of any surface point since the last search
   double wall_travel_ = 0.0;      // m; the same for walls
   std::vector<typename Motion<D>::Vector> searched_position_;
-  typename TurnsOf<D>::type searched_turns_;
+  typename TurnsOf<D>::Orientations searched_turns_;  // at the last search
 
   OverlapTrouble overlap_trouble_;
   std::string trouble_;

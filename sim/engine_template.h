@@ -558,10 +558,9 @@ double Engine<D>::largest_displacement() const {
     // The chord of a turn by phi at distance r is 2 r sin(phi/2)
     double chord = 0.0;
     if constexpr (D == 2) {
-      chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.direction.at(i));
+      chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.at(i));
     } else {
-      const double cosine =
-          product_of(bodies_.turns.world_from_body.at(i), searched_turns_.world_from_body.at(i));
+      const double cosine = product_of(bodies_.turns.world_from_body.at(i), searched_turns_.at(i));
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
     const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
@@ -605,7 +604,7 @@ void Engine<D>::find_contacts() {
   search_.find(bodies_, walls_, pairs_, material_count_, skin_, between_, with_walls_);
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
-  searched_turns_ = bodies_.turns;
+  searched_turns_ = orientations_of(bodies_.turns);
   loaded_walls_are_old_ = true;
   travel_ = 0.0;
   wall_travel_ = 0.0;

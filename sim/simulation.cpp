@@ -70,13 +70,13 @@ struct Simulation::Engines {
   std::variant<Engine<2>, Engine<3>> engine;
   State state;
 
-  Engines(const Scene& start, const SimulationOptions& chosen)
-      : scene(start),
+  Engines(Scene start, const SimulationOptions& chosen)
+      : scene(std::move(start)),
         options(chosen),
-        longest_step(longest_step_of(start, chosen)),
-        engine(start.planar
-                   ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, start, chosen)
-                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, start, chosen)) {}
+        longest_step(longest_step_of(scene, chosen)),
+        engine(scene.planar
+                   ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, scene, chosen)
+                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {}
 
   template <class Function>
   decltype(auto) visit(Function function) {
@@ -91,10 +91,10 @@ struct Simulation::Engines {
   }
 };
 
-Simulation::Simulation(const Scene& scene, const SimulationOptions& options) {
+Simulation::Simulation(Scene scene, const SimulationOptions& options) {
   check(scene);
   check(options);
-  engines_ = std::make_unique<Engines>(scene, options);
+  engines_ = std::make_unique<Engines>(std::move(scene), options);
 }
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;

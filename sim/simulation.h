@@ -101,7 +101,8 @@ class Simulation {
  public:
   // Throws std::invalid_argument when scene or options are unusable, or when bodies start deeper in
   // each other or in a wall than SimulationOptions::largest_overlap.
-  explicit Simulation(const Scene& scene, const SimulationOptions& options = {});
+  // A large scene that is no longer needed is moved in.
+  explicit Simulation(Scene scene, const SimulationOptions& options = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
