@@ -66,7 +66,7 @@ struct TouchingContacts {
 // The row after the last contact of a batch is written ahead.
 constexpr int kLargestRange = kBatchRows - 1;
 
-void add_to_ranges(int begin, int end, std::vector<CandidateRange>& ranges) {
+void add_to_ranges(int begin, int end, bool in_new_slab, std::vector<CandidateRange>& ranges) {
   const auto fits = [&](const CandidateRange& range) {
     return !range.is_part && range.end - range.begin < kCandidatesInRange &&
            end - range.begin <= kLargestRange;
@@ -75,7 +75,7 @@ void add_to_ranges(int begin, int end, std::vector<CandidateRange>& ranges) {
     for (int part = begin; part < end; part += kLargestRange) {
       ranges.push_back({part, std::min(part + kLargestRange, end), true});
     }
-  } else if (!ranges.empty() && fits(ranges.back())) {
+  } else if (!in_new_slab && !ranges.empty() && fits(ranges.back())) {
     ranges.back().end = end;
   } else {
     ranges.push_back({begin, end, false});
@@ -121,9 +121,19 @@ void ContactList<D>::close_group(int first, int second, int pair, double reduced
   const int begin = groups.empty() ? 0 : groups.back().end;
   const int end = count();
   if (end == begin) return;
-  add_to_ranges(begin, end, ranges);
+  const bool in_new_slab = !groups.empty() && slab_of(groups.back().first) != slab_of(first);
+  add_to_ranges(begin, end, in_new_slab, ranges);
   group_of.resize(end, static_cast<int>(groups.size()));
   groups.push_back({first, second, begin, end, pair, reduced_mass});
+}
+
+template <int D>
+void ContactList<D>::find_slabs(int slab_count) {
+  first_range.assign(slab_count + 1, 0);
+  for (const CandidateRange& range : ranges) {
+    ++first_range[slab_of(groups[group_of[range.begin]].first) + 1];
+  }
+  for (int slab = 0; slab < slab_count; ++slab) first_range[slab + 1] += first_range[slab];
 }
 
 template <int D>
@@ -137,6 +147,8 @@ void ContactSearch<D>::find(const Bodies<D>& bodies,
   const TouchingContacts<D> touching(between_bodies), touching_walls(with_walls);
   find_pairs(bodies, pairs, material_count, margin, between_bodies);
   find_walls(bodies, walls, pairs, material_count, margin, with_walls);
+  between_bodies.find_slabs(slab_count_of(bodies.count()));
+  with_walls.find_slabs(slab_count_of(bodies.count()));
   touching.put_into(between_bodies);
   touching_walls.put_into(with_walls);
 }

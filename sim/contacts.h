@@ -2,6 +2,7 @@
 // the next search. Grouped by pair of bodies; each carries its tangential spring from step to step.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "sim/bodies.h"
@@ -28,13 +29,21 @@ struct CandidateRange {
   bool is_part;
 };
 
+// Bodies are taken together in slabs of so many, by their indices. What happens inside a slab is
+// summed in the order of its groups; what its groups do to bodies of later slabs is put off and
+// added afterwards, slab by slab. So the bits do not depend on who does which slab.
+constexpr int kBodiesInSlab = 512;
+inline int slab_of(int body) { return body / kBodiesInSlab; }
+inline int slab_count_of(int bodies) { return bodies > 0 ? slab_of(bodies - 1) + 1 : 1; }
+
 // A range is closed when it holds this many candidates; those of one more group may come on top.
 constexpr int kCandidatesInRange = 64;
 
 template <int D>
 struct ContactList {
   std::vector<ContactGroup> groups;
-  std::vector<CandidateRange> ranges;
+  std::vector<CandidateRange> ranges;  // none reaches over two slabs
+  std::vector<int> first_range;        // of each slab, by its groups' first bodies; and the end
   std::vector<int> group_of;
   std::vector<int> first_sphere;
   std::vector<int> second_sphere;        // 0 with walls
@@ -51,6 +60,11 @@ struct ContactList {
   void add(int first, int second, double sum_of_radii, double factor);
   // Makes a group of the candidates added since the last one, if there are any.
   void close_group(int first, int second, int pair, double reduced_mass);
+  // After the last group.
+  void find_slabs(int slab_count);
+  std::span<const CandidateRange> ranges_of(int slab) const {
+    return {ranges.data() + first_range[slab], ranges.data() + first_range[slab + 1]};
+  }
   int count() const { return static_cast<int>(reach.size()); }
   bool remembers() const { return remembers_; }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "sim/integrate.h"
 #include "sim/simulation.h"
 #include "sim/snapshot.h"
+#include "sim/team.h"
 
 namespace graintruth::sim {
 
@@ -58,7 +60,14 @@ class Engine {
   template <class Observer>
   void add_forces(Observer& observe);
   template <class Law, class Observer>
-  int add_forces_of_law(const Law& law, Observer& observe);
+  void add_forces_of_law(const Law& law, Observer& observe);
+  template <class Law, class Observer>
+  void add_forces_of_slab(const Law& law, int slab, int worker, Observer& observe);
+  template <class Observer>
+  void begin_slabs();
+  template <class Observer>
+  void sum_slabs();
+  int slab_count() const { return static_cast<int>(slabs_.size()); }
   void choose_law();
   void start();
   void clear_peaks();
@@ -89,7 +98,9 @@ class Engine {
   bool loaded_walls_are_old_ = true;  // the candidates have changed since
   ContactSearch<D> search_;
   ContactList<D> between_, with_walls_;
-  ContactBatch<D> batch_;
+  std::unique_ptr<Team> team_;
+  std::vector<std::unique_ptr<ContactBatch<D>>> batches_;  // one a worker
+  std::vector<SlabLoads<D>> slabs_;
 
   double time_ = 0.0;
   StepFactors factors_;

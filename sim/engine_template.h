@@ -306,6 +306,15 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
   skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
   limit_.move = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
+  team_ = std::make_unique<Team>(options.threads);
+  for (int worker = 0; worker < options.threads; ++worker) {
+    batches_.push_back(std::make_unique<ContactBatch<D>>());
+  }
+  slabs_.resize(slab_count_of(bodies_.count()));
+  for (int slab = 0; slab < slab_count(); ++slab) {
+    slabs_[slab].end = std::min((slab + 1) * kBodiesInSlab, bodies_.count());
+    slabs_[slab].walls.resize(scene.walls.size());
+  }
   use_pairs(scene, options);
   if (earlier != nullptr) {
     walls_at_rest_ = earlier->walls_at_rest_;
@@ -382,30 +391,87 @@ void Engine<D>::start() {
 
 template <int D>
 template <class Law, class Observer>
-int Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
+void Engine<D>::add_forces_of_slab(const Law& law, int slab, int worker, Observer& observe) {
   const ForceSetting setting{&pairs_, slip_time_, options_.largest_overlap};
-  return add_pair_forces<D>(law, setting, between_, bodies_, batch_, overlap_trouble_, observe) +
-         add_wall_forces<D>(law,
-                            setting,
-                            walls_,
-                            wall_surfaces_,
-                            with_walls_,
-                            bodies_,
-                            batch_,
-                            overlap_trouble_,
-                            observe);
+  ContactBatch<D>& batch = *batches_[worker];
+  SlabLoads<D>& loads = slabs_[slab];
+  if constexpr (Observer::commits) {
+    const int begin = slab * kBodiesInSlab;
+    std::fill(bodies_.load.begin() + begin, bodies_.load.begin() + loads.end, Load<D>{});
+  }
+  add_pair_forces<D>(
+      law, setting, between_.ranges_of(slab), between_, bodies_, batch, loads, observe);
+  add_wall_forces<D>(law,
+                     setting,
+                     with_walls_.ranges_of(slab),
+                     walls_,
+                     wall_surfaces_,
+                     with_walls_,
+                     bodies_,
+                     batch,
+                     loads,
+                     observe);
+}
+
+// Observers look at one batch after the other.
+template <int D>
+template <class Law, class Observer>
+void Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
+  if constexpr (std::is_same_v<Observer, StepOnly>) {
+    if (slab_count() > 1 && team_->workers() > 1) {
+      team_->run(slab_count(),
+                 [&](int worker, int slab) { add_forces_of_slab(law, slab, worker, observe); });
+      return;
+    }
+  }
+  for (int slab = 0; slab < slab_count(); ++slab) add_forces_of_slab(law, slab, 0, observe);
+}
+
+template <int D>
+template <class Observer>
+void Engine<D>::begin_slabs() {
+  if constexpr (Observer::commits) clear_wall_forces();
+  for (SlabLoads<D>& slab : slabs_) {
+    slab.contact_count = 0;
+    slab.deferred.clear();
+    if constexpr (Observer::commits) {
+      for (const int w : loaded_walls_) slab.walls[w] = {};
+    }
+  }
+}
+
+// What slabs do to each other's bodies and to the walls, in their order.
+template <int D>
+template <class Observer>
+void Engine<D>::sum_slabs() {
+  for (const SlabLoads<D>& slab : slabs_) {
+    const OverlapTrouble& trouble = slab.trouble;
+    const bool is_worse = !overlap_trouble_.found || trouble.overlap > overlap_trouble_.overlap;
+    if (trouble.found && is_worse) overlap_trouble_ = trouble;
+    if constexpr (!Observer::commits) continue;
+    contact_steps_ += slab.contact_count;
+    for (const DeferredLoad<D>& deferred : slab.deferred) {
+      Load<D>& load = bodies_.load[deferred.body];
+      load.force = load.force + deferred.load.force;
+      load.torque = load.torque + deferred.load.torque;
+    }
+    for (const int w : loaded_walls_) {
+      wall_surfaces_[w].force += slab.walls[w].force;
+      wall_surfaces_[w].torque += slab.walls[w].torque;
+    }
+  }
 }
 
 template <int D>
 template <class Observer>
 void Engine<D>::add_forces(Observer& observe) {
-  if constexpr (Observer::commits) {
-    std::fill(bodies_.load.begin(), bodies_.load.end(), Load<D>{});
-    clear_wall_forces();
+  begin_slabs<Observer>();
+  if (law_ == ChosenLaw{}) {
+    add_forces_of_law(DefaultLaw{}, observe);
+  } else {
+    add_forces_of_law(law_, observe);
   }
-  const int touching = law_ == ChosenLaw{} ? add_forces_of_law(DefaultLaw{}, observe)
-                                           : add_forces_of_law(law_, observe);
-  if constexpr (Observer::commits) contact_steps_ += touching;
+  sum_slabs<Observer>();
 }
 
 template <int D>
@@ -468,12 +534,12 @@ ContactPeaks Engine<D>::take_peaks() {
 
 template <int D>
 bool Engine<D>::integrate() {
-  const StepBound bound = find_accelerations(gravity_, factors_, limit_, bodies_);
+  const StepBound bound = find_accelerations(gravity_, factors_, limit_, bodies_, team_.get());
   if (bound.suspects > 0) {
     trouble_ = describe_move();
     if (!trouble_.empty()) return false;
   }
-  advance(factors_, bodies_);
+  advance(factors_, bodies_, team_.get());
   travel_ += bound.largest_move;
   return true;
 }
@@ -787,6 +853,7 @@ void Engine<D>::restore(const Snapshot& snapshot) {
   NumberReader surface_numbers{snapshot.wall_surfaces.data()};
   for (WallSurface<D>& surface : wall_surfaces_) pass_surface(surface, surface_numbers);
   overlap_trouble_ = {};
+  for (SlabLoads<D>& slab : slabs_) slab.trouble = {};
   trouble_.clear();
   find_contacts();
   put_back(snapshot.between_bodies, false, between_);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "sim/contact_kernel.h"
@@ -59,6 +60,30 @@ struct WallSurface {
   Spin spin = Motion<D>::no_spin();      // rad/s, half a step back
   Spin spin_now = Motion<D>::no_spin();  // rad/s
   Spin torque = Motion<D>::no_spin();    // N m, on the wall about the origin
+};
+
+// Sum of the contacts of a slab on a wall.
+template <int D>
+struct WallLoad {
+  Vec<D> force = Vec<D>::Zero();                           // N
+  typename Motion<D>::Spin torque = Motion<D>::no_spin();  // N m, about the origin
+};
+
+// What a contact does to a body of a later slab.
+template <int D>
+struct DeferredLoad {
+  int body;
+  Load<D> load;
+};
+
+// The sums over the groups of one slab that are not those of its own bodies.
+template <int D>
+struct SlabLoads {
+  int end = 0;  // its bodies are those before
+  std::vector<DeferredLoad<D>> deferred;
+  std::vector<WallLoad<D>> walls;
+  OverlapTrouble trouble;
+  int contact_count = 0;
 };
 
 namespace detail {
@@ -301,15 +326,22 @@ void use_linear_stiffness(const Law& law, ContactBatch<D>& batch) {
 
 // Action and reaction.
 template <int D>
-void load_bodies(const ContactBatch<D>& batch, const ContactList<D>& list, Bodies<D>& bodies) {
+void load_bodies(const ContactBatch<D>& batch,
+                 const ContactList<D>& list,
+                 Bodies<D>& bodies,
+                 SlabLoads<D>& slab) {
   Load<D>* loads = bodies.load.data();
   for (int k = 0; k < batch.count; ++k) {
     const ContactGroup& group = list.groups[batch.group[k]];
     Load<D>& first = loads[group.first];
-    Load<D>& second = loads[group.second];
     const auto force = batch.force.at(k);
     first.force = first.force - force;
     first.torque = first.torque - batch.moment.at(k);
+    if (group.second >= slab.end) {
+      slab.deferred.push_back({group.second, {force, batch.second_moment.at(k)}});
+      continue;
+    }
+    Load<D>& second = loads[group.second];
     second.force = second.force + force;
     second.torque = second.torque + batch.second_moment.at(k);
   }
@@ -319,36 +351,37 @@ template <int D>
 void load_walls(const ContactBatch<D>& batch,
                 const ContactList<D>& list,
                 Bodies<D>& bodies,
-                std::vector<WallSurface<D>>& surfaces) {
+                const std::vector<WallSurface<D>>& surfaces,
+                SlabLoads<D>& slab) {
   for (int k = 0; k < batch.count; ++k) {
     const ContactGroup& group = list.groups[batch.group[k]];
     Load<D>& first = bodies.load[group.first];
     first.force = first.force - batch.force.at(k);
     first.torque = first.torque - batch.moment.at(k);
-    WallSurface<D>& surface = surfaces[group.second];
+    WallLoad<D>& wall = slab.walls[group.second];
     const auto force = batch.force.at(k);
-    surface.force += to_eigen(force);
-    if (surface.turns) {
+    wall.force += to_eigen(force);
+    if (surfaces[group.second].turns) {
       const auto first_centre = plain(bodies.motion[group.first].position);
-      surface.torque += to_eigen(batch.moment.at(k) + moment(first_centre, force));
+      wall.torque += to_eigen(batch.moment.at(k) + moment(first_centre, force));
     }
   }
 }
 
 }  // namespace detail
 
-// Adds the force of every touching pair of bodies to both; returns how many contacts there are.
-// Linear in candidates; allocates nothing.
+// Adds the force of every touching pair of bodies of the ranges to both. Linear in candidates;
+// allocates nothing once the slab has seen its largest load.
 template <int D, class Law, class Observer>
-int add_pair_forces(const Law& law,
-                    const ForceSetting& setting,
-                    ContactList<D>& list,
-                    Bodies<D>& bodies,
-                    ContactBatch<D>& batch,
-                    OverlapTrouble& trouble,
-                    Observer& observe) {
-  int contact_count = 0;
-  for (const CandidateRange& range : list.ranges) {
+void add_pair_forces(const Law& law,
+                     const ForceSetting& setting,
+                     std::span<const CandidateRange> ranges,
+                     ContactList<D>& list,
+                     Bodies<D>& bodies,
+                     ContactBatch<D>& batch,
+                     SlabLoads<D>& slab,
+                     Observer& observe) {
+  for (const CandidateRange& range : ranges) {
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) {
         detail::gather_pairs<D, false>(setting, part, list, bodies, batch);
@@ -359,31 +392,30 @@ int add_pair_forces(const Law& law,
     detail::gather_pairs<D, Observer::commits>(setting, range, list, bodies, batch);
     detail::use_linear_stiffness(law, batch);
     if (!range.is_part) sum_groups(batch);
-    detail::look_for_deep_overlap(setting, list, bodies, batch, false, trouble);
+    detail::look_for_deep_overlap(setting, list, bodies, batch, false, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), false});
     if constexpr (Observer::commits) {
       detail::keep_springs_of(law, batch, list);
-      detail::load_bodies(batch, list, bodies);
+      detail::load_bodies(batch, list, bodies, slab);
     }
-    contact_count += batch.count;
+    slab.contact_count += batch.count;
   }
-  return contact_count;
 }
 
 // The same for every sphere that touches a wall. `walls` are where they are now.
 template <int D, class Law, class Observer>
-int add_wall_forces(const Law& law,
-                    const ForceSetting& setting,
-                    const std::vector<Wall>& walls,
-                    std::vector<WallSurface<D>>& surfaces,
-                    ContactList<D>& list,
-                    Bodies<D>& bodies,
-                    ContactBatch<D>& batch,
-                    OverlapTrouble& trouble,
-                    Observer& observe) {
-  int contact_count = 0;
-  for (const CandidateRange& range : list.ranges) {
+void add_wall_forces(const Law& law,
+                     const ForceSetting& setting,
+                     std::span<const CandidateRange> ranges,
+                     const std::vector<Wall>& walls,
+                     const std::vector<WallSurface<D>>& surfaces,
+                     ContactList<D>& list,
+                     Bodies<D>& bodies,
+                     ContactBatch<D>& batch,
+                     SlabLoads<D>& slab,
+                     Observer& observe) {
+  for (const CandidateRange& range : ranges) {
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) {
         detail::gather_walls<D, false>(setting, part, walls, surfaces, list, bodies, batch);
@@ -395,16 +427,15 @@ int add_wall_forces(const Law& law,
         setting, range, walls, surfaces, list, bodies, batch);
     detail::use_linear_stiffness(law, batch);
     if (!range.is_part) sum_groups(batch);
-    detail::look_for_deep_overlap(setting, list, bodies, batch, true, trouble);
+    detail::look_for_deep_overlap(setting, list, bodies, batch, true, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), true});
     if constexpr (Observer::commits) {
       detail::keep_springs_of(law, batch, list);
-      detail::load_walls(batch, list, bodies, surfaces);
+      detail::load_walls(batch, list, bodies, surfaces, slab);
     }
-    contact_count += batch.count;
+    slab.contact_count += batch.count;
   }
-  return contact_count;
 }
 
 }  // namespace graintruth::sim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/bodies.h"
+#include "sim/team.h"
 
 namespace graintruth::sim {
 
@@ -42,21 +43,24 @@ struct StepBound {
 //                                    accelerations); about y alone in the plane
 // The gyroscopic term takes w in the middle of the step, [w(N-1/2) + w(N+1/2)]/2, by fixed-point
 // iteration: without a moment both the energy and |L| are then kept to round-off. Moves nothing.
+// A team shares the bodies; without one the caller does all. The bits are the same.
 StepBound find_accelerations(const Vec2& gravity,
                              const StepFactors& step,
                              const StepLimit& limit,
-                             Bodies<2>& bodies);
+                             Bodies<2>& bodies,
+                             Team* team = nullptr);
 StepBound find_accelerations(const Vec3& gravity,
                              const StepFactors& step,
                              const StepLimit& limit,
-                             Bodies<3>& bodies);
+                             Bodies<3>& bodies,
+                             Team* team = nullptr);
 
 // Advances all bodies by one step and places their spheres:
 //   v(N+1/2) = v(N-1/2) + a dt,  r(N+1) = r(N) + v(N+1/2) dt   (thesis 2.16, 2.18)
 // and the same for spins, which turn the body through w dt. Velocities at the new time are
 // predicted from the accelerations.
-void advance(const StepFactors& step, Bodies<2>& bodies);
-void advance(const StepFactors& step, Bodies<3>& bodies);
+void advance(const StepFactors& step, Bodies<2>& bodies, Team* team = nullptr);
+void advance(const StepFactors& step, Bodies<3>& bodies, Team* team = nullptr);
 
 // Speed and spin that body i would have half a step on, m/s and rad/s.
 struct Speeds {

@@ -46,6 +46,7 @@ void check(const SimulationOptions& options) {
           "must be above 0 with a constant tangential spring and 0 without one");
   require(options.skin >= 0.0, "skin", options.skin, "must not be below 0");
   require(options.largest_move > 0.0, "largest_move", options.largest_move, "must be above 0");
+  require(options.threads >= 1, "threads", options.threads, "must be at least 1");
   require(
       options.largest_overlap > 0.0, "largest_overlap", options.largest_overlap, "must be above 0");
 }

@@ -34,6 +34,8 @@ struct SimulationOptions {
       0.1;  // smallest radii a step, rotation of the ends included (thesis 2.5.5, 6.1-ii)
   double largest_overlap = 0.1;         // of the smaller radius
   std::int64_t largest_step_count = 0;  // of one run_until; 0 for no limit
+  // Workers on one bed; pays from some thousand bodies on. The same bits come out for any number.
+  int threads = 1;
   bool tally_work = false;  // book the work of dashpots and friction; slows each step a little
   bool keep_peaks = false;  // look at every contact of every step for Simulation::take_peaks
 };

@@ -49,6 +49,7 @@ inline Scene micro_rig(double friction = 0.1, double restitution = 0.85) {
 // as `depth` says.
 struct BedSize {
   int columns = 10, rows = 6, depth = 1, spheres = 3;
+  double gap = 1e-3;  // m; between the sites
 };
 inline Scene falling_bed(const BedSize& size, bool planar, const Surfaces& surfaces) {
   constexpr double kRadius = 0.005, kSpacing = 0.006;  // m
@@ -60,7 +61,7 @@ inline Scene falling_bed(const BedSize& size, bool planar, const Surfaces& surfa
   scene.surfaces.set(grain, steel, surfaces);
   const int type = scene.add_type(
       make_clump(chain_of_spheres(size.spheres, kRadius, kSpacing), {.density = 1500.0}, grain));
-  const double site = 2.0 * kRadius + (size.spheres - 1) * kSpacing + 1e-3;
+  const double site = 2.0 * kRadius + (size.spheres - 1) * kSpacing + size.gap;
   for (int k = 0; k < size.rows; ++k) {
     for (int j = 0; j < size.depth; ++j) {
       for (int i = 0; i < size.columns; ++i) {
