@@ -1,6 +1,12 @@
-// How cost and memory grow with the bed: balls in space and chains of three balls in the layer,
-// from a thousand spheres to a million, each in a process of its own. Usage: bench_sim_scaling
-// [TABLE_FILE] [--largest SPHERES] [--steps N]
+// How cost and memory grow with the bed: chains of three balls in the layer and balls in space,
+// from a thousand spheres to a million, each in a process of its own; and what two threads on one
+// bed gain. Usage: bench_sim_scaling [TABLE_FILE] [--largest SPHERES] [--steps N] [--threads]
+// --threads: the last alone.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +15,7 @@
 #include <iostream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bench/sim/child_process.h"
 #include "sim/simulation.h"
@@ -97,10 +104,10 @@ struct Size {
 };
 
 // The child process: `steps` steps of a bed; tells its size in a file.
-void run_bed(const std::string& kind, int spheres, int steps) {
+void run_bed(const std::string& kind, int spheres, int steps, int threads) {
   sim::Scene scene = bed_of(kind, spheres);
   const auto count = static_cast<double>(scene.bodies.size() * scene.types[0].spheres.size());
-  sim::Simulation simulation(std::move(scene));
+  sim::Simulation simulation(std::move(scene), {.threads = threads});
   const double step = simulation.time_step();
   const sim::RunSummary run = simulation.run_until(steps * step);
   if (run.status != sim::RunStatus::completed) throw std::runtime_error(run.message);
@@ -156,21 +163,72 @@ std::string growth_line(int few, int many) {
   return text;
 }
 
+// Two threads on a bed of 5000 clumps against two processes of one thread, in turns; seconds by the
+// clock, so other work on the machine counts.
+std::string threads_line(int steps) {
+  constexpr int kSpheres = 15000, kRepeats = 5;
+  const auto seconds_of = [&](int processes, int threads) {
+    const auto start = std::chrono::steady_clock::now();
+    std::vector<pid_t> children;
+    for (int p = 0; p < processes; ++p) {
+      const pid_t child = fork();
+      if (child == 0) {
+        run_bed(kLayer, kSpheres, steps, threads);
+        _exit(EXIT_SUCCESS);
+      }
+      children.push_back(child);
+    }
+    for (const pid_t child : children) {
+      int status = 0;
+      if (waitpid(child, &status, 0) != child || status != 0) {
+        throw std::runtime_error("a run of the bed for threads failed");
+      }
+    }
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  std::vector<double> shares, speed_ups;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    const double two_threads = seconds_of(1, 2), two_processes = seconds_of(2, 1);
+    shares.push_back(0.5 * two_processes / two_threads);
+    speed_ups.push_back(seconds_of(1, 1) / two_threads);
+  }
+  std::sort(shares.begin(), shares.end());
+  std::sort(speed_ups.begin(), speed_ups.end());
+  char text[200];
+  std::snprintf(
+      text,
+      sizeof text,
+      "two threads on %d chains of 3: %.2f of the throughput of two processes, %.2f times "
+      "one thread (medians of %d)",
+      kSpheres / 3,
+      shares[kRepeats / 2],
+      speed_ups[kRepeats / 2],
+      kRepeats);
+  return text;
+}
+
 int run(int argc, char** argv) {
   if (argc == 5 && std::strcmp(argv[1], "--own") == 0) {
-    run_bed(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
+    run_bed(argv[2], std::atoi(argv[3]), std::atoi(argv[4]), 1);
     return EXIT_SUCCESS;
   }
   std::filesystem::path file = kFolder / "scaling.figures";
   int largest = 1000000, steps = 1000;
+  bool only_threads = false;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--largest") == 0 && i + 1 < argc) {
       largest = std::atoi(argv[++i]);
+    } else if (std::strcmp(argv[i], "--threads") == 0) {
+      only_threads = true;
     } else if (std::strcmp(argv[i], "--steps") == 0 && i + 1 < argc) {
       steps = std::atoi(argv[++i]);
     } else {
       file = argv[i];
     }
+  }
+  if (only_threads) {
+    std::cout << threads_line(steps) << std::endl;
+    return EXIT_SUCCESS;
   }
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
   std::ofstream figures(file);
@@ -184,6 +242,7 @@ int run(int argc, char** argv) {
     for (int spheres = 1000; spheres <= largest; spheres *= 10) say(row_of(kind, spheres, steps));
   }
   say(growth_line(10000, largest));
+  say(threads_line(steps));
   return EXIT_SUCCESS;
 }
 
