@@ -42,7 +42,6 @@ struct RememberedContact {
 template <int D>
 struct ContactBatch {
   int count = 0;
-  int longest_group = 0;  // contacts
 
   // Gathered
   std::array<int, kBatchRows> candidate, group;  // in the contact list
@@ -65,7 +64,7 @@ struct ContactBatch {
   BatchScalars overlap;                          // m
   BatchVectors<D> normal;                        // unit, from first to second
   BatchScalars stiffness;                        // N/m; tangent
-  BatchScalars sum_of_stiffness, contact_count;  // of the group
+  BatchScalars sum_of_stiffness, contact_count;  // of the group; the count under one law alone
 
   // What the law gives; `spring` is advanced
   BatchScalars normal_force;          // N

@@ -22,38 +22,39 @@ template <int D>
 }
 
 // Every row adds up the rows of its group, in their order, so that all of them get the same bits.
-// Small groups: by looking `longest_group` - 1 rows to either side, without a branch.
+// Small groups: by looking as many rows to either side as the longest has others, without a branch.
 constexpr int kSmallGroup = 8;
 
-[[gnu::always_inline]] inline void sum_small_groups(int longest_group,
-                                                    int count,
-                                                    const int* group,
-                                                    const double* stiffness,
-                                                    double* sum,
-                                                    double* number) {
+// Length of the longest run of rows of one group, as far as it is small: one look along all rows
+// for each length.
+[[gnu::always_inline]] inline int longest_of_small_groups(int count, const int* group) {
+  for (int length = 1; length <= kSmallGroup; ++length) {
+    int longer = 0;
+    for (int k = length; k < count; ++k) longer += group[k] == group[k - length] ? 1 : 0;
+    if (longer == 0) return length;
+  }
+  return kSmallGroup + 1;
+}
+
+[[gnu::always_inline]] inline void sum_small_groups(
+    int longest_group, int count, const int* group, const double* stiffness, double* sum) {
   std::fill_n(sum, count, 0.0);
-  std::fill_n(number, count, 0.0);
   for (int aside = 1 - longest_group; aside < longest_group; ++aside) {
     const int begin = aside < 0 ? -aside : 0;
     const int end = aside > 0 ? count - aside : count;
 #pragma GCC ivdep
     for (int k = begin; k < end; ++k) {
-      const double other = stiffness[k + aside];
-      const bool same = group[k + aside] == group[k];
-      sum[k] += same ? other : 0.0;
-      number[k] += same ? 1.0 : 0.0;
+      sum[k] += group[k + aside] == group[k] ? stiffness[k + aside] : 0.0;
     }
   }
 }
 
-inline void sum_large_groups(
-    int count, const int* group, const double* stiffness, double* sum, double* number) {
+inline void sum_large_groups(int count, const int* group, const double* stiffness, double* sum) {
   for (int begin = 0; begin < count;) {
     double total = 0.0;
     int end = begin;
     for (; end < count && group[end] == group[begin]; ++end) total += stiffness[end];
     std::fill(sum + begin, sum + end, total);
-    std::fill(number + begin, number + end, end - begin);
     begin = end;
   }
 }
@@ -63,11 +64,11 @@ template <int D>
   const int* group = batch.group.data();
   const double* stiffness = batch.stiffness.value.data();
   double* sum = batch.sum_of_stiffness.value.data();
-  double* number = batch.contact_count.value.data();
-  if (batch.longest_group <= kSmallGroup) {
-    sum_small_groups(batch.longest_group, batch.count, group, stiffness, sum, number);
+  const int longest = longest_of_small_groups(batch.count, group);
+  if (longest <= kSmallGroup) {
+    sum_small_groups(longest, batch.count, group, stiffness, sum);
   } else {
-    sum_large_groups(batch.count, group, stiffness, sum, number);
+    sum_large_groups(batch.count, group, stiffness, sum);
   }
 }
 
@@ -198,6 +199,15 @@ GRAINTRUTH_FOR_EACH_PROCESSOR void find_geometry(ContactBatch<3>& batch) {
 
 GRAINTRUTH_FOR_EACH_PROCESSOR void sum_groups(ContactBatch<2>& batch) { sum_groups_of(batch); }
 GRAINTRUTH_FOR_EACH_PROCESSOR void sum_groups(ContactBatch<3>& batch) { sum_groups_of(batch); }
+
+void count_groups(int rows, const int* group, double* count) {
+  for (int begin = 0; begin < rows;) {
+    int end = begin;
+    while (end < rows && group[end] == group[begin]) ++end;
+    std::fill(count + begin, count + end, end - begin);
+    begin = end;
+  }
+}
 
 GRAINTRUTH_FOR_EACH_PROCESSOR void apply_law(const DefaultLaw& law,
                                              const PairTable& pairs,

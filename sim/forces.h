@@ -160,17 +160,6 @@ void gather_touching_pairs(const CandidateRange& range,
   batch.count = rows;
 }
 
-// Length of the longest run of rows of one group.
-template <int D>
-int longest_group_of(const ContactBatch<D>& batch) {
-  int length = 0, longest = 0;
-  for (int k = 0; k < batch.count; ++k) {
-    length = k > 0 && batch.group[k] == batch.group[k - 1] ? length + 1 : 1;
-    longest = std::max(longest, length);
-  }
-  return longest;
-}
-
 template <int D, bool Commits>
 void gather_pairs(const ForceSetting& setting,
                   const CandidateRange& range,
@@ -197,7 +186,6 @@ void gather_pairs(const ForceSetting& setting,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
-  batch.longest_group = longest_group_of(batch);
   find_geometry(batch);
 }
 
@@ -260,7 +248,6 @@ void gather_walls(const ForceSetting& setting,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
-  batch.longest_group = longest_group_of(batch);
 }
 
 // Sums over a group that is spread over several batches. `gather` fills a batch without committing
@@ -275,6 +262,14 @@ void sum_spread_group(const ContactGroup& group, const Gather& gather, ContactBa
   }
   batch.sum_of_stiffness.value.fill(stiffness);
   batch.contact_count.value.fill(number);
+}
+
+// Sums over groups of which all rows are in the batch. Their number is asked for by one law alone.
+template <int D, class Law>
+void sum_whole_groups(const Law& law, ContactBatch<D>& batch) {
+  sum_groups(batch);
+  if (law.sharing != DampingSharing::inv_n) return;
+  count_groups(batch.count, batch.group.data(), batch.contact_count.value.data());
 }
 
 // Looks for overlaps that are too deep. R* <= smaller radius <= 2 R*, and reach >= 2 smaller
@@ -391,7 +386,7 @@ void add_pair_forces(const Law& law,
     }
     detail::gather_pairs<D, Observer::commits>(setting, range, list, bodies, batch);
     detail::use_linear_stiffness(law, batch);
-    if (!range.is_part) sum_groups(batch);
+    if (!range.is_part) detail::sum_whole_groups(law, batch);
     detail::look_for_deep_overlap(setting, list, bodies, batch, false, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), false});
@@ -426,7 +421,7 @@ void add_wall_forces(const Law& law,
     detail::gather_walls<D, Observer::commits>(
         setting, range, walls, surfaces, list, bodies, batch);
     detail::use_linear_stiffness(law, batch);
-    if (!range.is_part) sum_groups(batch);
+    if (!range.is_part) detail::sum_whole_groups(law, batch);
     detail::look_for_deep_overlap(setting, list, bodies, batch, true, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), true});
