@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "datasets/input_error.h"
 #include "sim/profile.h"
@@ -232,6 +234,47 @@ BuiltScene build_scene(const SceneFile& file) {
   return built;
 }
 
+namespace {
+
+// The value that goes by a name; the reader of scene files lets no other name in.
+template <class Value>
+Value named(const std::string& name, std::initializer_list<std::pair<const char*, Value>> values) {
+  for (const auto& [known, value] : values) {
+    if (name == known) return value;
+  }
+  throw std::invalid_argument("there is no '" + name + "' in the contact law");
+}
+
+}  // namespace
+
+void use_law(const datasets::SceneLaw& law, sim::SimulationOptions& options) {
+  using Normal = sim::NormalSpring;
+  using Tangential = sim::TangentialSpring;
+  using Sharing = sim::DampingSharing;
+  options.normal_spring = named<Normal>(law.normal_spring,
+                                        {{"hertz", Normal::hertz},
+                                         {"linear", Normal::linear},
+                                         {"secant", Normal::secant},
+                                         {"incremental", Normal::incremental}});
+  options.tangential_spring = named<Tangential>(law.tangential_spring,
+                                                {{"mindlin", Tangential::mindlin},
+                                                 {"mindlin_scaled", Tangential::mindlin_scaled},
+                                                 {"constant", Tangential::constant}});
+  options.coulomb_limit = named<sim::CoulombLimit>(
+      law.coulomb_limit,
+      {{"whole", sim::CoulombLimit::whole}, {"spring", sim::CoulombLimit::spring}});
+  options.tension = named<sim::Tension>(
+      law.tension, {{"clipped", sim::Tension::clipped}, {"allowed", sim::Tension::allowed}});
+  options.damping_form = named<sim::DampingForm>(
+      law.damping_form, {{"exact", sim::DampingForm::exact}, {"thesis", sim::DampingForm::thesis}});
+  options.damping_sharing = named<Sharing>(
+      law.damping_sharing,
+      {{"inv_sqrt_n", Sharing::inv_sqrt_n}, {"inv_n", Sharing::inv_n}, {"none", Sharing::none}});
+  options.linear_stiffness = law.linear_stiffness;
+  options.tangential_stiffness = law.tangential_stiffness;
+  options.tangential_damping = law.tangential_damping;
+}
+
 void use_surfaces(const SceneFile& file,
                   const datasets::ScenePhase& phase,
                   sim::SurfaceTable& surfaces) {
@@ -239,9 +282,15 @@ void use_surfaces(const SceneFile& file,
   for (const SceneParticle& particle : file.particles) of_particles.insert(particle.material);
   for (const datasets::SceneSurfaces& given : file.surfaces) {
     const bool between = of_particles.contains(given.first) && of_particles.contains(given.second);
-    sim::Surfaces now{given.friction, given.restitution};
+    sim::Surfaces now{.friction = given.friction,
+                      .restitution = given.restitution,
+                      .static_friction = given.static_friction,
+                      .rolling_friction = given.rolling_friction};
     const auto& friction = between ? phase.friction_between_particles : phase.friction_with_walls;
-    if (friction) now.friction = *friction;
+    if (friction) {
+      now.friction = *friction;
+      now.static_friction = 0.0;
+    }
     if (phase.restitution) now.restitution = *phase.restitution;
     // The rebound that this beta gives with the thesis's own law, which may pull
     if (phase.damping_ratio) {

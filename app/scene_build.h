@@ -33,6 +33,9 @@ struct BuiltScene {
 // Walls do not move yet: see start_walls. Throws datasets::InputError for shapes that cannot be.
 BuiltScene build_scene(const datasets::SceneFile& file);
 
+// The form of the contact law, into the options of the simulation.
+void use_law(const datasets::SceneLaw& law, sim::SimulationOptions& options);
+
 // The surfaces of the file with what a phase sets in their place.
 void use_surfaces(const datasets::SceneFile& file,
                   const datasets::ScenePhase& phase,

@@ -90,6 +90,7 @@ void write_bed(const std::filesystem::path& path, const SceneRun& run) {
                          "coordination",
                          "mean_normal_force_n",
                          "largest_normal_force_n",
+                         "peak_normal_force_n",
                          "sliding_share",
                          "discharged",
                          "discharged_mass_kg"});
@@ -101,6 +102,7 @@ void write_bed(const std::filesystem::path& path, const SceneRun& run) {
                number_text(bed.coordination),
                number_text(bed.mean_force),
                number_text(bed.largest_force),
+               number_text(bed.peak_force),
                number_text(bed.sliding_share),
                std::to_string(bed.discharged),
                number_text(bed.discharged_mass)});
@@ -111,7 +113,8 @@ void write_bed(const std::filesystem::path& path, const SceneRun& run) {
 void write_wall_forces(const std::filesystem::path& path,
                        const datasets::SceneFile& file,
                        const SceneRun& run) {
-  datasets::Table table({"time_s", "wall", "force_x_n", "force_y_n", "force_z_n"});
+  datasets::Table table(
+      {"time_s", "wall", "force_x_n", "force_y_n", "force_z_n", "peak_contact_force_n"});
   for (const SceneFrame& frame : run.frames) {
     for (std::size_t w = 0; w < file.walls.size(); ++w) {
       const sim::Vec3& force = frame.wall_force[w];
@@ -119,7 +122,27 @@ void write_wall_forces(const std::filesystem::path& path,
                  file.walls[w].name,
                  number_text(force.x()),
                  number_text(force.y()),
-                 number_text(force.z())});
+                 number_text(force.z()),
+                 number_text(frame.wall_peak[w])});
+    }
+  }
+  datasets::write_csv(path, table);
+}
+
+void write_wall_strips(const std::filesystem::path& path,
+                       const datasets::SceneFile& file,
+                       const SceneRun& run) {
+  datasets::Table table({"time_s", "wall", "from_z_m", "to_z_m", "normal_force_n"});
+  const sim::Strips& strips = run.strips;
+  for (const SceneFrame& frame : run.frames) {
+    for (std::size_t w = 0; w < frame.strip_force.size(); ++w) {
+      for (int i = 0; i < strips.count; ++i) {
+        table.add({number_text(time_of(run, frame)),
+                   file.walls[w].name,
+                   number_text(strips.low + i * strips.height()),
+                   number_text(strips.low + (i + 1) * strips.height()),
+                   number_text(frame.strip_force[w][static_cast<std::size_t>(i)])});
+      }
     }
   }
   datasets::write_csv(path, table);
@@ -245,6 +268,7 @@ void write_scene_tables(const datasets::RunFolder& folder,
     write_energy(folder.table("energy"), run);
     write_bed(folder.table("bed"), run);
     write_wall_forces(folder.table("wall_forces"), file, run);
+    write_wall_strips(folder.table("wall_strips"), file, run);
   }
   write_contacts(folder.table("contacts"), run);
 }
@@ -370,8 +394,20 @@ Json scene_configuration(const datasets::SceneFile& file) {
     json["surfaces"].push_back({{"first", file.materials[surfaces.first].name},
                                 {"second", file.materials[surfaces.second].name},
                                 {"friction", surfaces.friction},
-                                {"restitution", surfaces.restitution}});
+                                {"restitution", surfaces.restitution},
+                                {"static_friction", surfaces.static_friction},
+                                {"rolling_friction", surfaces.rolling_friction}});
   }
+  const datasets::SceneLaw& law = file.law;
+  json["law"] = {{"normal_spring", law.normal_spring},
+                 {"tangential_spring", law.tangential_spring},
+                 {"coulomb_limit", law.coulomb_limit},
+                 {"tension", law.tension},
+                 {"damping_form", law.damping_form},
+                 {"damping_sharing", law.damping_sharing},
+                 {"linear_stiffness_n_per_m", law.linear_stiffness},
+                 {"tangential_stiffness_n_per_m", law.tangential_stiffness},
+                 {"tangential_damping", law.tangential_damping}};
   json["particles"] = Json::array();
   for (const datasets::SceneParticle& particle : file.particles) {
     json["particles"].push_back({{"name", particle.name}, {"count", particle.count}});

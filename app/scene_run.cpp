@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -40,21 +39,14 @@ BedState bed_state(const SceneFile& file,
                    const std::vector<sim::ContactReport>& contacts) {
   BedState bed;
   bed.contacts = static_cast<int>(contacts.size());
-  std::set<std::pair<int, int>> between, with_walls;
   int sliding = 0;
   for (const sim::ContactReport& contact : contacts) {
-    if (contact.with_wall) {
-      with_walls.insert({contact.first, owner[contact.second]});
-    } else {
-      between.insert({contact.first, contact.second});
-    }
     bed.mean_force += contact.normal_force / bed.contacts;
     bed.largest_force = std::max(bed.largest_force, contact.normal_force);
     sliding += contact.slides ? 1 : 0;
   }
-  const double count = std::max<double>(static_cast<double>(state.position.size()), 1.0);
   bed.coordination =
-      (2.0 * static_cast<double>(between.size()) + static_cast<double>(with_walls.size())) / count;
+      sim::count_partners(contacts, owner).per_body(static_cast<int>(state.position.size()));
   if (bed.contacts > 0) bed.sliding_share = static_cast<double>(sliding) / bed.contacts;
   if (file.exit_height) {
     for (std::size_t i = 0; i < state.position.size(); ++i) {
@@ -119,6 +111,8 @@ class SceneRunner {
     options.global_damping = first.global_damping;
     options.largest_step_count = options_.step_limit;
     options.tally_work = true;
+    options.keep_peaks = true;
+    use_law(file_.law, options);
     simulation_ = std::make_unique<sim::Simulation>(built_.scene, options);
   }
 
@@ -188,6 +182,7 @@ class SceneRunner {
     if (index == file_.event_phase) {
       run_.event_time = simulation_->time();
       run_.reached_event = true;
+      run_.strips = strips_of_bed();
       start_walls(file_, built_, run_.event_time, *simulation_);
     }
     job_ = phase.name;
@@ -277,12 +272,46 @@ class SceneRunner {
     frame.energy = simulation_->energy();
     const sim::Scene now = simulation_->scene_now();
     if (run_.frames.empty() || has_moving_walls()) frame.walls = now.walls;
-    frame.bed = bed_state(file_, now, state, built_.owner, simulation_->contacts());
+    const std::vector<sim::ContactReport> contacts = simulation_->contacts();
+    frame.bed = bed_state(file_, now, state, built_.owner, contacts);
+    note_wall_forces(contacts, frame);
+    run_.frames.push_back(std::move(frame));
+  }
+
+  // Of walls that are made of several, such as meshes, all parts together.
+  void note_wall_forces(const std::vector<sim::ContactReport>& contacts, SceneFrame& frame) {
+    const sim::ContactPeaks peaks = simulation_->take_peaks();
+    frame.bed.peak_force = std::max(peaks.normal_force, frame.bed.largest_force);
     frame.wall_force.assign(file_.walls.size(), sim::Vec3::Zero());
+    frame.wall_peak.assign(file_.walls.size(), 0.0);
     for (std::size_t w = 0; w < built_.owner.size(); ++w) {
       frame.wall_force[built_.owner[w]] += simulation_->wall_force(static_cast<int>(w));
+      double& peak = frame.wall_peak[built_.owner[w]];
+      peak = std::max(peak, peaks.of_wall[w]);
     }
-    run_.frames.push_back(std::move(frame));
+    if (!run_.reached_event) return;
+    std::vector<sim::ContactReport> of_owners = contacts;
+    for (sim::ContactReport& contact : of_owners) {
+      if (contact.with_wall) contact.second = built_.owner[contact.second];
+    }
+    for (std::size_t w = 0; w < file_.walls.size(); ++w) {
+      frame.strip_force.push_back(
+          sim::normal_force_by_strip(of_owners, static_cast<int>(w), run_.strips));
+    }
+  }
+
+  // From the lowest to the highest point of any particle.
+  sim::Strips strips_of_bed() const {
+    sim::Strips strips{std::numeric_limits<double>::infinity(),
+                       -std::numeric_limits<double>::infinity()};
+    for (const sim::Body& body : simulation_->scene_now().bodies) {
+      for (const sim::ElementSphere& sphere : built_.scene.types[body.type].spheres) {
+        const double z = (body.position + body.orientation * sphere.centre).z();
+        strips.low = std::min(strips.low, z - sphere.radius);
+        strips.high = std::max(strips.high, z + sphere.radius);
+      }
+    }
+    return strips;
   }
 
   bool has_moving_walls() const {

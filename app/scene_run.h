@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/scene_fill.h"
+#include "sim/contact_summary.h"
 
 namespace graintruth::app {
 
@@ -23,7 +24,8 @@ struct BedState {
   int contacts = 0;            // touching spheres, walls included
   double coordination = 0.0;   // partners a particle; each other particle and each wall counts once
   double mean_force = 0.0;     // N; normal, over contacts
-  double largest_force = 0.0;  // N
+  double largest_force = 0.0;  // N; now
+  double peak_force = 0.0;     // N; of all steps since the frame before
   double sliding_share = 0.0;  // of contacts
   int discharged = 0;          // particles below the exit height
   double discharged_mass = 0.0;  // kg
@@ -34,6 +36,10 @@ struct SceneFrame {
   sim::Energy energy;
   BedState bed;
   std::vector<sim::Vec3> wall_force;  // N, one a SceneFile::walls
+  std::vector<double> wall_peak;      // N; largest force of one contact since the frame before
+  // N; normal force by the strips of SceneRun::strips, one list a SceneFile::walls; none before the
+  // event
+  std::vector<std::vector<double>> strip_force;
   std::vector<sim::Wall> walls;  // where they are; empty when where they were in the frame before
 };
 
@@ -50,6 +56,7 @@ struct SceneRun {
   std::string message;
   double event_time = 0.0;  // s, as simulated: times in files count from here
   bool reached_event = false;
+  sim::Strips strips;  // tenths of the height of the bed at the event
   std::vector<SceneFrame> frames;
   std::vector<PhaseRecord> phases;
   sim::Scene scene;                          // types, and all bodies, as they are in the end

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string_view>
 #include <utility>
 
 #include "datasets/deck.h"
@@ -96,10 +98,61 @@ std::vector<SceneSurfaces> read_surfaces(TomlSection& root,
     surfaces.second = index_of(section, "second", section.text("second"), names);
     surfaces.friction = section.quantity("friction", plain, friction_range);
     surfaces.restitution = section.quantity("restitution", plain, restitution_range);
+    surfaces.static_friction =
+        section.optional_quantity("static_friction", plain, friction_range).value_or(0.0);
+    surfaces.rolling_friction =
+        section.optional_quantity("rolling_friction", plain, friction_range).value_or(0.0);
+    if (surfaces.static_friction > 0.0 && surfaces.static_friction < surfaces.friction) {
+      section.fail("static_friction", "must not be below friction");
+    }
     section.finish();
     all.push_back(surfaces);
   }
   return all;
+}
+
+// One word of a few; what the law has already where there is no such key.
+void read_choice(TomlSection& section,
+                 const char* key,
+                 std::initializer_list<std::string_view> words,
+                 std::string& choice) {
+  const auto given = section.optional_text(key);
+  if (!given) return;
+  if (std::find(words.begin(), words.end(), *given) == words.end()) {
+    section.fail(key,
+                 fmt::format("is '{}', but must be one of {}", *given, fmt::join(words, ", ")));
+  }
+  choice = *given;
+}
+
+// A stiffness that goes with one kind of spring: needed there, refused elsewhere.
+double read_stiffness(TomlSection& section, const char* stem, bool is_needed) {
+  if (is_needed) return section.quantity(stem, stiffness_units, positive);
+  if (section.optional_quantity(stem, stiffness_units)) {
+    section.fail(stem, "belongs to another spring than the one that is chosen");
+  }
+  return 0.0;
+}
+
+SceneLaw read_law(TomlSection section) {
+  SceneLaw law;
+  read_choice(
+      section, "normal_spring", {"hertz", "linear", "secant", "incremental"}, law.normal_spring);
+  read_choice(section,
+              "tangential_spring",
+              {"mindlin", "mindlin_scaled", "constant"},
+              law.tangential_spring);
+  read_choice(section, "coulomb_limit", {"whole", "spring"}, law.coulomb_limit);
+  read_choice(section, "tension", {"clipped", "allowed"}, law.tension);
+  read_choice(section, "damping_form", {"exact", "thesis"}, law.damping_form);
+  read_choice(section, "damping_sharing", {"inv_sqrt_n", "inv_n", "none"}, law.damping_sharing);
+  law.linear_stiffness = read_stiffness(section, "linear_stiffness", law.normal_spring == "linear");
+  law.tangential_stiffness =
+      read_stiffness(section, "tangential_stiffness", law.tangential_spring == "constant");
+  law.tangential_damping =
+      section.optional_quantity("tangential_damping", plain, not_negative).value_or(1.0);
+  section.finish();
+  return law;
 }
 
 void require_surfaces(TomlSection& root, const SceneFile& scene) {
@@ -569,6 +622,7 @@ SceneFile load_toml_scene(const std::filesystem::path& file) {
   }
   scene.materials = read_materials(root);
   scene.surfaces = read_surfaces(root, scene.materials);
+  if (auto law = root.optional_section("law")) scene.law = read_law(*law);
   scene.particles = read_particles(root, scene);
   scene.walls = read_walls(root, scene);
   require_surfaces(root, scene);

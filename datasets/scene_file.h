@@ -25,6 +25,21 @@ struct SceneSurfaces {
   int first = 0, second = 0;  // indices into SceneFile::materials
   double friction = 0.0;
   double restitution = 1.0;
+  double static_friction = 0.0;   // 0: the same as friction
+  double rolling_friction = 0.0;  // of the reduced radius
+};
+
+// Forms of the contact law other than the default one, by the names that sim gives them.
+struct SceneLaw {
+  std::string normal_spring = "hertz";
+  std::string tangential_spring = "mindlin";
+  std::string coulomb_limit = "whole";
+  std::string tension = "clipped";
+  std::string damping_form = "exact";
+  std::string damping_sharing = "inv_sqrt_n";
+  double linear_stiffness = 0.0;      // N/m; with the linear normal spring alone
+  double tangential_stiffness = 0.0;  // N/m; with the constant tangential spring alone
+  double tangential_damping = 1.0;    // over that along the normal
 };
 
 struct SceneSphere {
@@ -138,6 +153,7 @@ struct SceneFile {
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  // m/s2
   std::vector<SceneMaterial> materials;
   std::vector<SceneSurfaces> surfaces;
+  SceneLaw law;
   std::vector<SceneParticle> particles;
   std::vector<SceneWall> walls;
   SceneFill fill;

@@ -36,6 +36,7 @@ inline constexpr std::array inertia_units{
 inline constexpr std::array turning_units{Unit{"rad_per_s", 1.0},
                                           Unit{"deg_per_s", radians_per_degree},
                                           Unit{"rpm", 6.0 * radians_per_degree}};
+inline constexpr std::array stiffness_units{Unit{"n_per_m", 1.0}, Unit{"n_per_mm", 1e3}};
 inline constexpr std::array plain{Unit{"", 1.0}};
 
 }  // namespace graintruth::datasets

@@ -24,15 +24,18 @@ struct SpatialTurns {
   VectorColumn<3, BodyNumbers> spin_in_body;  // rad/s, half a step back
 };
 
+// `Orientations` alone tell how far a body has turned.
 template <int D>
 struct TurnsOf;
 template <>
 struct TurnsOf<2> {
   using type = PlanarTurns;
+  using Orientations = VectorColumn<2, BodyNumbers>;
 };
 template <>
 struct TurnsOf<3> {
   using type = SpatialTurns;
+  using Orientations = RotationColumn<BodyNumbers>;
 };
 
 // What the contact loop reads of a body, side by side: one cache line in the plane, two in space.
@@ -84,6 +87,13 @@ struct Bodies {
 
   int count() const { return static_cast<int>(mass.size()); }
 };
+
+inline const VectorColumn<2, BodyNumbers>& orientations_of(const PlanarTurns& turns) {
+  return turns.direction;
+}
+inline const RotationColumn<BodyNumbers>& orientations_of(const SpatialTurns& turns) {
+  return turns.world_from_body;
+}
 
 // Velocities of the scene are taken as those of the present time; accelerations start at zero.
 template <int D>

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "sim/columns.h"
+#include "sim/contact_law.h"
 
 namespace graintruth::sim {
 
@@ -30,10 +31,17 @@ struct RelativeMotionColumns {
   BatchTangents<D> spin;      // rad/s
 };
 
+// Of laws with a memory: what the contact carries on, and what its rolling gave.
+template <int D>
+struct RememberedContact {
+  ContactMemory<D> memory;
+  double elastic_force = 0.0;  // N
+  RollingResistance<D> rolling = {Motion<D>::no_tangent(), Motion<D>::no_tangent(), 0.0};
+};
+
 template <int D>
 struct ContactBatch {
   int count = 0;
-  int longest_group = 0;  // contacts
 
   // Gathered
   std::array<int, kBatchRows> candidate, group;  // in the contact list
@@ -56,7 +64,7 @@ struct ContactBatch {
   BatchScalars overlap;                          // m
   BatchVectors<D> normal;                        // unit, from first to second
   BatchScalars stiffness;                        // N/m; tangent
-  BatchScalars sum_of_stiffness, contact_count;  // of the group
+  BatchScalars sum_of_stiffness, contact_count;  // of the group; the count under one law alone
 
   // What the law gives; `spring` is advanced
   BatchScalars normal_force;          // N
@@ -67,6 +75,9 @@ struct ContactBatch {
   BatchVectors<D> force;              // N, on the second body
   BatchTangents<D> moment;            // N m; of it about the first body's centre
   BatchTangents<D> second_moment;     // N m; about the second's (not with walls)
+
+  // Only of laws that need it
+  std::array<RememberedContact<D>, kBatchRows> remembered;
 };
 
 }  // namespace graintruth::sim

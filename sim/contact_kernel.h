@@ -10,9 +10,12 @@ namespace graintruth::sim {
 void find_geometry(ContactBatch<2>& batch);
 void find_geometry(ContactBatch<3>& batch);
 
-// Stiffness and number of the contacts of each group, for sharing the damping.
+// Stiffness of the contacts of each group, for sharing the damping.
 void sum_groups(ContactBatch<2>& batch);
 void sum_groups(ContactBatch<3>& batch);
+
+// Number of the rows of each group, to each of them.
+void count_groups(int rows, const int* group, double* count);
 
 // Forces and moments of the batch; springs are advanced.
 void apply_law(const DefaultLaw& law, const PairTable& pairs, ContactBatch<2>& batch);

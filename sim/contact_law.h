@@ -2,6 +2,7 @@
 // Tsuji dashpots, Coulomb's limit. Particle on particle and particle on wall alike.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -33,7 +34,7 @@ struct DefaultLaw {
   static constexpr NormalSpring normal_spring = NormalSpring::hertz;
   static constexpr TangentialSpring tangential_spring = TangentialSpring::mindlin;
   static constexpr CoulombLimit coulomb_limit = CoulombLimit::whole;
-  static constexpr bool has_static_friction = false;
+  static constexpr bool has_static_friction = false, has_rolling_friction = false;
   static constexpr Tension tension = Tension::clipped;
   static constexpr DampingSharing sharing = DampingSharing::inv_sqrt_n;
   static constexpr double linear_stiffness = 0.0, tangential_stiffness = 0.0;
@@ -43,15 +44,32 @@ struct ChosenLaw {
   TangentialSpring tangential_spring = DefaultLaw::tangential_spring;
   CoulombLimit coulomb_limit = DefaultLaw::coulomb_limit;
   bool has_static_friction = DefaultLaw::has_static_friction;
+  bool has_rolling_friction = DefaultLaw::has_rolling_friction;
   Tension tension = DefaultLaw::tension;
   DampingSharing sharing = DefaultLaw::sharing;
   double linear_stiffness = 0.0;      // N/m; of NormalSpring::linear
   double tangential_stiffness = 0.0;  // N/m; of TangentialSpring::constant
   bool operator==(const ChosenLaw&) const = default;
+  // Whether contacts must carry on more than their tangential spring.
+  bool needs_memory() const {
+    return has_rolling_friction || normal_spring == NormalSpring::incremental ||
+           tangential_spring == TangentialSpring::mindlin_scaled;
+  }
+};
+
+// What a contact carries on from step to step besides its tangential spring, under laws that need
+// it.
+template <int D>
+struct ContactMemory {
+  double elastic_force = 0.0;  // N; of NormalSpring::incremental
+  double stiffness = 0.0;      // N/m; k_t, of TangentialSpring::mindlin_scaled
+  typename Motion<D>::Tangent rolled = Motion<D>::no_tangent();  // rad; of the second on the first
 };
 
 // Elastic force, N, and the energy stored in it, J.
 //   Hertz   F = (2/3) k_n d,  W = (4/15) k_n d^2     linear   F = k d,  W = k d^2 / 2
+//   secant  F = k_n d,        W = (2/5) k_n d^2
+// The incremental force does not follow from the overlap, see incremental_force.
 template <class Law>
 inline double elastic_force(const Law& law, double stiffness, double overlap) {
   return law.normal_spring == NormalSpring::hertz ? hertz_force(stiffness, overlap)
@@ -59,14 +77,33 @@ inline double elastic_force(const Law& law, double stiffness, double overlap) {
 }
 template <class Law>
 inline double elastic_energy(const Law& law, double stiffness, double overlap) {
+  if (law.normal_spring == NormalSpring::secant) return 0.4 * stiffness * overlap * overlap;
   return law.normal_spring == NormalSpring::hertz ? hertz_energy(stiffness, overlap)
                                                   : 0.5 * stiffness * overlap * overlap;
+}
+
+// Thesis 1.54-1.55 with a signed approach:  F(N) = F(N-1) + k_n(F(N-1)) dd,  not below zero.
+// k_n = 2 E* a of the contact radius that belongs to the force:  k_n = c (1.5 F/c)^(1/3),
+// c = 2 E* sqrt(R*). Without a force there is no stiffness either: such a contact starts from
+// Hertz's force on its overlap.
+inline double incremental_force(double before,
+                                double approach,
+                                double stiffness_factor,
+                                double hertz) {
+  if (!(before > 0.0)) return hertz;
+  const double stiffness = stiffness_factor * std::cbrt(1.5 * before / stiffness_factor);
+  return std::max(before + stiffness * approach, 0.0);
+}
+// J; stored in Hertz's spring at that force:  (2/5) F d(F)
+inline double energy_of_force(double force, double stiffness_factor) {
+  const double root = std::cbrt(1.5 * force / stiffness_factor);
+  return 0.4 * force * root * root;
 }
 // N/m; k_t
 template <class Law>
 inline double tangential_stiffness_of(const Law& law, const PairMaterial& pair, double stiffness) {
-  return law.tangential_spring == TangentialSpring::mindlin ? pair.tangential_ratio * stiffness
-                                                            : law.tangential_stiffness;
+  return law.tangential_spring == TangentialSpring::constant ? law.tangential_stiffness
+                                                             : pair.tangential_ratio * stiffness;
 }
 
 // Dashpot constant per stiffness, s: what multiplies k_n (or k_t) of one of `count` simultaneous
@@ -129,13 +166,12 @@ inline ContactForce<D> contact_force(const Law& law,
                                      const PairMaterial& pair,
                                      const SurfaceMotion<D>& motion,
                                      typename Motion<D>::Vector normal,
-                                     double overlap,
+                                     double elastic,
                                      double stiffness,
                                      double dashpot,
                                      bool slid_before,
                                      typename Motion<D>::Tangent& spring) {
   // 1. Normal spring and dashpot
-  const double elastic = elastic_force(law, stiffness, overlap);
   const double whole = elastic - dashpot * stiffness * motion.normal_speed;
   const double pressing = whole > 0.0 ? whole : 0.0;
 
@@ -159,6 +195,43 @@ inline ContactForce<D> contact_force(const Law& law,
   return {law.tension == Tension::clipped ? pressing : whole,
           with_late_dashpot(law, share * trial, viscosity, motion.tangential),
           slides};
+}
+
+// Moment that resists rolling: an elastic-plastic spring and dashpot (Iwashita and Oda 1998; model
+// C of Ai et al. 2011). w is the turning of the second body relative to the first, without its part
+// about the normal.
+//   M = -k_r theta - c_r w, at most M_max = mu_r R* N;   k_r = 2.25 k_n (mu_r R*)^2
+//   c_r = 2 beta sqrt(k_r I_r), I_r = 7/5 m* R*^2        that of a ball about its point on a plane
+// When limited, the spring is left with the turn that carries M_max, so all work beyond it is lost.
+template <int D>
+struct RollingResistance {
+  typename Motion<D>::Tangent moment;  // N m, on the second body
+  typename Motion<D>::Tangent speed;   // rad/s; now
+  double stiffness;                    // N m/rad
+};
+template <int D>
+inline RollingResistance<D> rolling_resistance(const PairMaterial& pair,
+                                               typename Motion<D>::Tangent turned,
+                                               typename Motion<D>::Tangent speed,
+                                               typename Motion<D>::Vector normal,
+                                               double reduced_radius,
+                                               double stiffness,
+                                               double reduced_mass,
+                                               double pressing,
+                                               typename Motion<D>::Tangent& rolled) {
+  const double arm = pair.rolling_friction * reduced_radius;  // m
+  const double rolling_stiffness = 2.25 * stiffness * arm * arm;
+  const auto spring = turned_into_plane(rolled, normal) + without_twist(turned, normal);
+  const auto rolling = without_twist(speed, normal);
+  const double inertia = 1.4 * reduced_mass * reduced_radius * reduced_radius;  // kg m2
+  const double viscosity = 2.0 * pair.damping_ratio * std::sqrt(rolling_stiffness * inertia);
+  const auto trial = -rolling_stiffness * spring - viscosity * rolling;
+  const double limit = arm * pressing, length = length_of(trial);
+  const bool yields = length > limit;
+  const double share = yields ? limit / length : 1.0;
+  rolled = chosen(yields, (-1.0 / rolling_stiffness) * (share * trial), spring);
+  if (rolling_stiffness == 0.0) rolled = Motion<D>::no_tangent();
+  return {share * trial, rolling, rolling_stiffness};
 }
 
 }  // namespace graintruth::sim

@@ -2,47 +2,71 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <tuple>
 
 #include "sim/contact_batch.h"
 
 namespace graintruth::sim {
 namespace {
 
-bool comes_before(const ContactGroup& a, const ContactGroup& b) {
-  return a.first != b.first ? a.first < b.first : a.second < b.second;
-}
-
-// Both lists are sorted by (first, second) and, inside a group, by sphere: one walk through both.
+// A contact that touches, while the list that holds it is made anew. Of a list of millions only
+// these are needed, a fraction of it.
 template <int D>
-void keep_springs(const ContactList<D>& old_list, ContactList<D>& new_list) {
-  std::size_t old_index = 0;
-  for (const ContactGroup& group : new_list.groups) {
-    while (old_index < old_list.groups.size() && comes_before(old_list.groups[old_index], group)) {
-      ++old_index;
-    }
-    if (old_index == old_list.groups.size()) return;
-    const ContactGroup& old_group = old_list.groups[old_index];
-    if (comes_before(group, old_group)) continue;
-    int k = old_group.begin;
-    for (int c = group.begin; c < group.end; ++c) {
-      const auto key = std::pair(new_list.first_sphere[c], new_list.second_sphere[c]);
-      while (k < old_group.end &&
-             std::pair(old_list.first_sphere[k], old_list.second_sphere[k]) < key) {
-        ++k;
+struct TouchingContact {
+  int first, second;  // body; body or wall
+  int first_sphere, second_sphere;
+  int state;
+  typename Motion<D>::Tangent spring;
+};
+
+// In the order of the list: by bodies, then by spheres.
+template <int D>
+struct TouchingContacts {
+  std::vector<TouchingContact<D>> contacts;
+  std::vector<ContactMemory<D>> memory;  // one each, or none
+
+  explicit TouchingContacts(const ContactList<D>& list) {
+    for (const ContactGroup& group : list.groups) {
+      for (int c = group.begin; c < group.end; ++c) {
+        if (list.is_touching[c] == kOpen) continue;
+        contacts.push_back({group.first,
+                            group.second,
+                            list.first_sphere[c],
+                            list.second_sphere[c],
+                            list.is_touching[c],
+                            list.spring[c]});
+        if (list.remembers()) memory.push_back(list.memory[c]);
       }
-      if (k == old_group.end) break;
-      if (std::pair(old_list.first_sphere[k], old_list.second_sphere[k]) != key) continue;
-      new_list.spring[c] = old_list.spring[k];
-      new_list.is_touching[c] = old_list.is_touching[k];
     }
   }
-}
+
+  // Every kept contact is still a candidate, or has parted since: one walk through both.
+  void put_into(ContactList<D>& list) const {
+    std::size_t next = 0;
+    for (const ContactGroup& group : list.groups) {
+      for (int c = group.begin; c < group.end && next < contacts.size(); ++c) {
+        const auto key =
+            std::tuple(group.first, group.second, list.first_sphere[c], list.second_sphere[c]);
+        while (next < contacts.size() && key_of(contacts[next]) < key) ++next;
+        if (next == contacts.size()) return;
+        if (key_of(contacts[next]) != key) continue;
+        list.spring[c] = contacts[next].spring;
+        list.is_touching[c] = contacts[next].state;
+        if (list.remembers()) list.memory[c] = memory[next];
+      }
+    }
+  }
+
+ private:
+  static std::tuple<int, int, int, int> key_of(const TouchingContact<D>& contact) {
+    return {contact.first, contact.second, contact.first_sphere, contact.second_sphere};
+  }
+};
 
 // The row after the last contact of a batch is written ahead.
 constexpr int kLargestRange = kBatchRows - 1;
 
-void add_to_ranges(int begin, int end, std::vector<CandidateRange>& ranges) {
+void add_to_ranges(int begin, int end, bool in_new_slab, std::vector<CandidateRange>& ranges) {
   const auto fits = [&](const CandidateRange& range) {
     return !range.is_part && range.end - range.begin < kCandidatesInRange &&
            end - range.begin <= kLargestRange;
@@ -51,7 +75,7 @@ void add_to_ranges(int begin, int end, std::vector<CandidateRange>& ranges) {
     for (int part = begin; part < end; part += kLargestRange) {
       ranges.push_back({part, std::min(part + kLargestRange, end), true});
     }
-  } else if (!ranges.empty() && fits(ranges.back())) {
+  } else if (!in_new_slab && !ranges.empty() && fits(ranges.back())) {
     ranges.back().end = end;
   } else {
     ranges.push_back({begin, end, false});
@@ -71,6 +95,14 @@ void ContactList<D>::clear() {
   stiffness_factor.clear();
   spring.clear();
   is_touching.clear();
+  memory.clear();
+}
+
+template <int D>
+void ContactList<D>::remember(bool yes) {
+  if (remembers_ == yes) return;
+  remembers_ = yes;
+  memory.assign(yes ? reach.size() : 0, {});
 }
 
 template <int D>
@@ -81,6 +113,7 @@ void ContactList<D>::add(int first, int second, double sum_of_radii, double fact
   stiffness_factor.push_back(factor);
   spring.push_back(Motion<D>::no_tangent());
   is_touching.push_back(0);
+  if (remembers_) memory.emplace_back();
 }
 
 template <int D>
@@ -88,9 +121,19 @@ void ContactList<D>::close_group(int first, int second, int pair, double reduced
   const int begin = groups.empty() ? 0 : groups.back().end;
   const int end = count();
   if (end == begin) return;
-  add_to_ranges(begin, end, ranges);
+  const bool in_new_slab = !groups.empty() && slab_of(groups.back().first) != slab_of(first);
+  add_to_ranges(begin, end, in_new_slab, ranges);
   group_of.resize(end, static_cast<int>(groups.size()));
   groups.push_back({first, second, begin, end, pair, reduced_mass});
+}
+
+template <int D>
+void ContactList<D>::find_slabs(int slab_count) {
+  first_range.assign(slab_count + 1, 0);
+  for (const CandidateRange& range : ranges) {
+    ++first_range[slab_of(groups[group_of[range.begin]].first) + 1];
+  }
+  for (int slab = 0; slab < slab_count; ++slab) first_range[slab + 1] += first_range[slab];
 }
 
 template <int D>
@@ -101,40 +144,53 @@ void ContactSearch<D>::find(const Bodies<D>& bodies,
                             double margin,
                             ContactList<D>& between_bodies,
                             ContactList<D>& with_walls) {
-  find_pairs(bodies, pairs, material_count, margin);
-  find_walls(bodies, walls, pairs, material_count, margin);
-  keep_springs(between_bodies, new_between_);
-  keep_springs(with_walls, new_walls_);
-  std::swap(between_bodies, new_between_);
-  std::swap(with_walls, new_walls_);
+  const TouchingContacts<D> touching(between_bodies), touching_walls(with_walls);
+  find_pairs(bodies, pairs, material_count, margin, between_bodies);
+  find_walls(bodies, walls, pairs, material_count, margin, with_walls);
+  between_bodies.find_slabs(slab_count_of(bodies.count()));
+  with_walls.find_slabs(slab_count_of(bodies.count()));
+  touching.put_into(between_bodies);
+  touching_walls.put_into(with_walls);
 }
 
 template <int D>
 void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
                                   const PairTable& pairs,
                                   int material_count,
-                                  double margin) {
-  new_between_.clear();
+                                  double margin,
+                                  ContactList<D>& list) {
+  list.clear();
   centres_.resize(bodies.motion.size());
   for (int i = 0; i < bodies.count(); ++i) centres_[i] = to_eigen(bodies.motion[i].position);
-  find_near_pairs<D>(centres_, bodies.bounding_radius, margin, cells_, near_);
-  for (const IndexPair& near : near_) {
-    const int i = near.first, j = near.second;
-    const int pair = bodies.material[i] * material_count + bodies.material[j];
-    const double modulus = pairs[pair].normal_modulus;
-    for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
-      for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
-        const double rs = bodies.sphere_radius[s], rt = bodies.sphere_radius[t];
-        const double far = rs + rt + margin;
-        const auto apart = bodies.sphere_position[t] - bodies.sphere_position[s];
-        if (dot(apart, apart) >= far * far) continue;
-        // 1/R* = 1/R1 + 1/R2 (thesis 1.4)
-        new_between_.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
-      }
+  visit_near_pairs<D>(
+      centres_, bodies.bounding_radius, margin, cells_, [&](std::span<const IndexPair> of_body) {
+        for (const IndexPair& near : of_body) {
+          add_pair(bodies, near, pairs, material_count, margin, list);
+        }
+      });
+}
+
+template <int D>
+void ContactSearch<D>::add_pair(const Bodies<D>& bodies,
+                                const IndexPair& near,
+                                const PairTable& pairs,
+                                int material_count,
+                                double margin,
+                                ContactList<D>& list) {
+  const int i = near.first, j = near.second;
+  const int pair = bodies.material[i] * material_count + bodies.material[j];
+  const double modulus = pairs[pair].normal_modulus;
+  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+    for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
+      const double rs = bodies.sphere_radius[s], rt = bodies.sphere_radius[t];
+      const double far = rs + rt + margin;
+      const auto apart = bodies.sphere_position[t] - bodies.sphere_position[s];
+      if (dot(apart, apart) >= far * far) continue;
+      // 1/R* = 1/R1 + 1/R2 (thesis 1.4)
+      list.add(s, t, rs + rt, 2.0 * modulus * std::sqrt(rs * rt / (rs + rt)));
     }
-    new_between_.close_group(
-        i, j, pair, bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]));
   }
+  list.close_group(i, j, pair, bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]));
 }
 
 template <int D>
@@ -142,8 +198,9 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   const std::vector<Wall>& walls,
                                   const PairTable& pairs,
                                   int material_count,
-                                  double margin) {
-  new_walls_.clear();
+                                  double margin,
+                                  ContactList<D>& list) {
+  list.clear();
   wall_boxes_.clear();
   for (const Wall& wall : walls) wall_boxes_.push_back(box_of(wall));
   for (int i = 0; i < bodies.count(); ++i) {
@@ -158,9 +215,9 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
         const Vec3 point = to_space(to_eigen(bodies.sphere_position[s]), bodies.layer);
         if (look_at(walls[w], point).distance >= radius + margin) continue;
         // R* = R1 at a flat wall
-        new_walls_.add(s, 0, radius, 2.0 * pairs[pair].normal_modulus * std::sqrt(radius));
+        list.add(s, 0, radius, 2.0 * pairs[pair].normal_modulus * std::sqrt(radius));
       }
-      new_walls_.close_group(i, w, pair, bodies.mass[i]);
+      list.close_group(i, w, pair, bodies.mass[i]);
     }
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "sim/integrate.h"
 #include "sim/simulation.h"
 #include "sim/snapshot.h"
+#include "sim/team.h"
 
 namespace graintruth::sim {
 
@@ -51,15 +53,25 @@ class Engine {
   // Look at the contacts as the next step will see them; nothing is changed.
   Energy energy();
   std::vector<ContactReport> contacts();
+  ContactPeaks take_peaks();
   std::uint64_t state_hash() const;
 
  private:
   template <class Observer>
   void add_forces(Observer& observe);
   template <class Law, class Observer>
-  int add_forces_of_law(const Law& law, Observer& observe);
+  void add_forces_of_law(const Law& law, Observer& observe);
+  template <class Law, class Observer>
+  void add_forces_of_slab(const Law& law, int slab, int worker, Observer& observe);
+  template <class Observer>
+  void begin_slabs();
+  template <class Observer>
+  void sum_slabs();
+  int slab_count() const { return static_cast<int>(slabs_.size()); }
   void choose_law();
   void start();
+  void clear_peaks();
+  void add_watched_forces();
   void find_contacts();
   void find_contacts_if_moved();
   double fitting_skin() const;
@@ -86,7 +98,9 @@ class Engine {
   bool loaded_walls_are_old_ = true;  // the candidates have changed since
   ContactSearch<D> search_;
   ContactList<D> between_, with_walls_;
-  ContactBatch<D> batch_;
+  std::unique_ptr<Team> team_;
+  std::vector<std::unique_ptr<ContactBatch<D>>> batches_;  // one a worker
+  std::vector<SlabLoads<D>> slabs_;
 
   double time_ = 0.0;
   StepFactors factors_;
@@ -98,7 +112,7 @@ class Engine {
   double travel_ = 0.0;           // m; bound on the path of any surface point since the last search
   double wall_travel_ = 0.0;      // m; the same for walls
   std::vector<typename Motion<D>::Vector> searched_position_;
-  typename TurnsOf<D>::type searched_turns_;
+  typename TurnsOf<D>::Orientations searched_turns_;  // at the last search
 
   OverlapTrouble overlap_trouble_;
   std::string trouble_;
@@ -110,6 +124,7 @@ class Engine {
   double tangential_work_ =
       0.0;                  // J; taken out of the motion by tangential forces, stored part included
   double wall_work_ = 0.0;  // J
+  ContactPeaks peaks_;
 };
 
 }  // namespace graintruth::sim

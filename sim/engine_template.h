@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "sim/engine.h"
 
@@ -19,20 +20,63 @@ constexpr double kSkinInUse = 0.7;
 constexpr std::int64_t kStepsPerSkin = 60;
 constexpr double kFirstSkin = 0.05, kSmallestSkin = 0.002, kLargestSkin = 0.3;
 
-// Books the work of dashpots and of tangential forces, J.
-struct WorkTally {
+// Normal force of the springs alone, N, and the energy in them, J.
+template <int D>
+double elastic_force_of(const BatchView<D>& view, int k) {
+  if (view.list.remembers()) return view.batch.remembered[k].elastic_force;
+  return elastic_force(view.law, view.batch.stiffness.at(k), view.batch.overlap.at(k));
+}
+template <int D>
+double elastic_energy_of(const BatchView<D>& view, int k) {
+  if (view.law.normal_spring == NormalSpring::incremental) {
+    return energy_of_force(elastic_force_of(view, k), view.batch.stiffness_factor.at(k));
+  }
+  return elastic_energy(view.law, view.batch.stiffness.at(k), view.batch.overlap.at(k));
+}
+
+// Books the work of dashpots and of tangential forces and rolling moments, J, and looks for the
+// largest forces where there are `peaks`.
+struct StepWatch {
   static constexpr bool commits = true;
   double time_step = 0.0;
+  double time = 0.0;
+  ContactPeaks* peaks = nullptr;
   double damping_loss = 0.0;
   double tangential_work = 0.0;
   template <int D>
   void operator()(const BatchView<D>& view) {
+    tally(view);
+    if (peaks != nullptr) look_for_peaks(view);
+  }
+  template <int D>
+  void look_for_peaks(const BatchView<D>& view) {
+    for (int k = 0; k < view.batch.count; ++k) {
+      const ContactGroup& group = view.list.groups[view.batch.group[k]];
+      const double force = view.batch.normal_force.at(k);
+      double& of_first = peaks->of_body[group.first];
+      double& of_second =
+          view.with_walls ? peaks->of_wall[group.second] : peaks->of_body[group.second];
+      of_first = std::max(of_first, force);
+      of_second = std::max(of_second, force);
+      if (force <= peaks->normal_force) continue;
+      peaks->normal_force = force;
+      peaks->time = time;
+      peaks->first = group.first;
+      peaks->second = group.second;
+      peaks->with_wall = view.with_walls;
+    }
+  }
+  template <int D>
+  void tally(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
-      const double elastic = elastic_force(view.law, batch.stiffness.at(k), batch.overlap.at(k));
+      const double elastic = elastic_force_of(view, k);
       damping_loss += (elastic - batch.normal_force.at(k)) * batch.normal_speed.at(k) * time_step;
       tangential_work -=
           product_of(batch.tangential_force.at(k), batch.tangential_speed.at(k)) * time_step;
+      if (!view.law.has_rolling_friction) continue;
+      const RollingResistance<D>& rolling = batch.remembered[k].rolling;
+      tangential_work -= product_of(rolling.moment, rolling.speed) * time_step;
     }
   }
 };
@@ -40,15 +84,18 @@ struct WorkTally {
 struct SpringEnergy {
   static constexpr bool commits = false;
   double normal = 0.0;
-  double tangential = 0.0;
+  double tangential = 0.0;  // and of rolling
   template <int D>
   void operator()(const BatchView<D>& view) {
     const ContactBatch<D>& batch = view.batch;
     for (int k = 0; k < batch.count; ++k) {
-      normal += elastic_energy(view.law, batch.stiffness.at(k), batch.overlap.at(k));
+      normal += elastic_energy_of(view, k);
       const double stiffness =
           tangential_stiffness_of(view.law, view.pairs[batch.pair[k]], batch.stiffness.at(k));
       tangential += 0.5 * stiffness * product_of(batch.spring.at(k), batch.spring.at(k));
+      if (!view.law.has_rolling_friction) continue;
+      const auto rolled = batch.remembered[k].memory.rolled;
+      tangential += 0.5 * batch.remembered[k].rolling.stiffness * product_of(rolled, rolled);
     }
   }
 };
@@ -76,6 +123,8 @@ struct ContactRecorder {
     const auto normal = batch.normal.at(k);
     report.overlap = batch.overlap.at(k);
     report.normal = to_space(to_eigen(normal));
+    const auto lever = batch.arm.at(k) + (batch.radius.at(k) - 0.5 * report.overlap) * normal;
+    report.point = to_space(to_eigen(bodies.motion[group.first].position + lever), bodies.layer);
     report.normal_force = batch.normal_force.at(k);
     report.tangential_force = to_space(to_eigen(as_vector(batch.tangential_force.at(k), normal)));
     report.slides = batch.slides.at(k) != 0.0;
@@ -177,18 +226,29 @@ std::int64_t second_of(const ContactList<D>& list, int candidate, bool with_wall
   return with_walls ? list.groups[list.group_of[candidate]].second : list.second_sphere[candidate];
 }
 
+inline void tangent_to(double tangent, double (&numbers)[3]) { numbers[0] = tangent; }
+inline void tangent_to(SpatialVector tangent, double (&numbers)[3]) {
+  numbers[0] = tangent.x;
+  numbers[1] = tangent.y;
+  numbers[2] = tangent.z;
+}
+inline void tangent_from(const double (&numbers)[3], double& tangent) { tangent = numbers[0]; }
+inline void tangent_from(const double (&numbers)[3], SpatialVector& tangent) {
+  tangent = {numbers[0], numbers[1], numbers[2]};
+}
+
 template <int D>
 void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<KeptContact>& kept) {
   for (int c = 0; c < list.count(); ++c) {
     if (!list.is_touching[c]) continue;
-    KeptContact contact{
-        list.first_sphere[c], second_of(list, c, with_walls), list.is_touching[c], {}};
-    if constexpr (D == 2) {
-      contact.spring[0] = list.spring[c];
-    } else {
-      contact.spring[0] = list.spring[c].x;
-      contact.spring[1] = list.spring[c].y;
-      contact.spring[2] = list.spring[c].z;
+    KeptContact contact{.first_sphere = list.first_sphere[c],
+                        .second = second_of(list, c, with_walls),
+                        .state = list.is_touching[c]};
+    tangent_to(list.spring[c], contact.spring);
+    if (list.remembers()) {
+      contact.elastic_force = list.memory[c].elastic_force;
+      contact.stiffness = list.memory[c].stiffness;
+      tangent_to(list.memory[c].rolled, contact.rolled);
     }
     kept.push_back(contact);
   }
@@ -204,12 +264,12 @@ void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList
         kept[next].second != second_of(list, c, with_walls)) {
       continue;
     }
-    const double* spring = kept[next].spring;
     list.is_touching[c] = static_cast<int>(kept[next].state);
-    if constexpr (D == 2) {
-      list.spring[c] = spring[0];
-    } else {
-      list.spring[c] = {spring[0], spring[1], spring[2]};
+    tangent_from(kept[next].spring, list.spring[c]);
+    if (list.remembers()) {
+      list.memory[c].elastic_force = kept[next].elastic_force;
+      list.memory[c].stiffness = kept[next].stiffness;
+      tangent_from(kept[next].rolled, list.memory[c].rolled);
     }
     ++next;
   }
@@ -246,6 +306,15 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
   skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
   limit_.move = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
+  team_ = std::make_unique<Team>(options.threads);
+  for (int worker = 0; worker < options.threads; ++worker) {
+    batches_.push_back(std::make_unique<ContactBatch<D>>());
+  }
+  slabs_.resize(slab_count_of(bodies_.count()));
+  for (int slab = 0; slab < slab_count(); ++slab) {
+    slabs_[slab].end = std::min((slab + 1) * kBodiesInSlab, bodies_.count());
+    slabs_[slab].walls.resize(scene.walls.size());
+  }
   use_pairs(scene, options);
   if (earlier != nullptr) {
     walls_at_rest_ = earlier->walls_at_rest_;
@@ -259,6 +328,7 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
     tangential_work_ = earlier->tangential_work_;
     wall_work_ = earlier->wall_work_;
   }
+  clear_peaks();
   list_moving_walls();
   move_walls_to(time_);
   find_contacts();
@@ -303,7 +373,10 @@ void Engine<D>::choose_law() {
           .tangential_stiffness = options_.tangential_stiffness};
   for (const PairMaterial& pair : pairs_) {
     if (pair.static_friction > pair.friction) law_.has_static_friction = true;
+    if (pair.rolling_friction > 0.0) law_.has_rolling_friction = true;
   }
+  between_.remember(law_.needs_memory());
+  with_walls_.remember(law_.needs_memory());
 }
 
 // Accelerations at the start, so that the first half-step velocities are v(-1/2) = v0 - a0 dt/2
@@ -313,51 +386,99 @@ void Engine<D>::start() {
   StepOnly observe;
   add_forces(observe);
   find_accelerations(gravity_, factors_, limit_, bodies_);
-  shift_half_step(-factors_.half, bodies_);
+  shift_half_step(-factors_.half, global_damping_, bodies_);
 }
 
 template <int D>
 template <class Law, class Observer>
-int Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
+void Engine<D>::add_forces_of_slab(const Law& law, int slab, int worker, Observer& observe) {
   const ForceSetting setting{&pairs_, slip_time_, options_.largest_overlap};
-  return add_pair_forces<D>(law, setting, between_, bodies_, batch_, overlap_trouble_, observe) +
-         add_wall_forces<D>(law,
-                            setting,
-                            walls_,
-                            wall_surfaces_,
-                            with_walls_,
-                            bodies_,
-                            batch_,
-                            overlap_trouble_,
-                            observe);
+  ContactBatch<D>& batch = *batches_[worker];
+  SlabLoads<D>& loads = slabs_[slab];
+  if constexpr (Observer::commits) {
+    const int begin = slab * kBodiesInSlab;
+    std::fill(bodies_.load.begin() + begin, bodies_.load.begin() + loads.end, Load<D>{});
+  }
+  add_pair_forces<D>(
+      law, setting, between_.ranges_of(slab), between_, bodies_, batch, loads, observe);
+  add_wall_forces<D>(law,
+                     setting,
+                     with_walls_.ranges_of(slab),
+                     walls_,
+                     wall_surfaces_,
+                     with_walls_,
+                     bodies_,
+                     batch,
+                     loads,
+                     observe);
+}
+
+// Observers look at one batch after the other.
+template <int D>
+template <class Law, class Observer>
+void Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
+  if constexpr (std::is_same_v<Observer, StepOnly>) {
+    if (slab_count() > 1 && team_->workers() > 1) {
+      team_->run(slab_count(),
+                 [&](int worker, int slab) { add_forces_of_slab(law, slab, worker, observe); });
+      return;
+    }
+  }
+  for (int slab = 0; slab < slab_count(); ++slab) add_forces_of_slab(law, slab, 0, observe);
+}
+
+template <int D>
+template <class Observer>
+void Engine<D>::begin_slabs() {
+  if constexpr (Observer::commits) clear_wall_forces();
+  for (SlabLoads<D>& slab : slabs_) {
+    slab.contact_count = 0;
+    slab.deferred.clear();
+    if constexpr (Observer::commits) {
+      for (const int w : loaded_walls_) slab.walls[w] = {};
+    }
+  }
+}
+
+// What slabs do to each other's bodies and to the walls, in their order.
+template <int D>
+template <class Observer>
+void Engine<D>::sum_slabs() {
+  for (const SlabLoads<D>& slab : slabs_) {
+    const OverlapTrouble& trouble = slab.trouble;
+    const bool is_worse = !overlap_trouble_.found || trouble.overlap > overlap_trouble_.overlap;
+    if (trouble.found && is_worse) overlap_trouble_ = trouble;
+    if constexpr (!Observer::commits) continue;
+    contact_steps_ += slab.contact_count;
+    for (const DeferredLoad<D>& deferred : slab.deferred) {
+      Load<D>& load = bodies_.load[deferred.body];
+      load.force = load.force + deferred.load.force;
+      load.torque = load.torque + deferred.load.torque;
+    }
+    for (const int w : loaded_walls_) {
+      wall_surfaces_[w].force += slab.walls[w].force;
+      wall_surfaces_[w].torque += slab.walls[w].torque;
+    }
+  }
 }
 
 template <int D>
 template <class Observer>
 void Engine<D>::add_forces(Observer& observe) {
-  if constexpr (Observer::commits) {
-    std::fill(bodies_.load.begin(), bodies_.load.end(), Load<D>{});
-    clear_wall_forces();
+  begin_slabs<Observer>();
+  if (law_ == ChosenLaw{}) {
+    add_forces_of_law(DefaultLaw{}, observe);
+  } else {
+    add_forces_of_law(law_, observe);
   }
-  const int touching = law_ == ChosenLaw{} ? add_forces_of_law(DefaultLaw{}, observe)
-                                           : add_forces_of_law(law_, observe);
-  if constexpr (Observer::commits) contact_steps_ += touching;
+  sum_slabs<Observer>();
 }
 
 template <int D>
 bool Engine<D>::step(double time) {
   // 1. Forces where the bodies are now
-  if (options_.tally_work) {
-    engine_detail::WorkTally tally{factors_.time_step};
-    add_forces(tally);
-    damping_loss_ += tally.damping_loss;
-    tangential_work_ += tally.tangential_work;
-    for (const int w : moving_walls_) {
-      const WallSurface<D>& wall = wall_surfaces_[w];
-      const double power =
-          wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
-      wall_work_ -= power * factors_.time_step;
-    }
+  if (options_.tally_work || options_.keep_peaks) {
+    add_watched_forces();
   } else {
     StepOnly observe;
     add_forces(observe);
@@ -381,13 +502,44 @@ bool Engine<D>::step(double time) {
 }
 
 template <int D>
+void Engine<D>::add_watched_forces() {
+  engine_detail::StepWatch watch{
+      factors_.time_step, time_, options_.keep_peaks ? &peaks_ : nullptr};
+  add_forces(watch);
+  if (!options_.tally_work) return;
+  damping_loss_ += watch.damping_loss;
+  tangential_work_ += watch.tangential_work;
+  for (const int w : moving_walls_) {
+    const WallSurface<D>& wall = wall_surfaces_[w];
+    const double power =
+        wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
+    wall_work_ -= power * factors_.time_step;
+  }
+}
+
+template <int D>
+void Engine<D>::clear_peaks() {
+  peaks_ = {};
+  if (!options_.keep_peaks) return;
+  peaks_.of_body.assign(bodies_.count(), 0.0);
+  peaks_.of_wall.assign(wall_surfaces_.size(), 0.0);
+}
+
+template <int D>
+ContactPeaks Engine<D>::take_peaks() {
+  ContactPeaks taken = std::move(peaks_);
+  clear_peaks();
+  return taken;
+}
+
+template <int D>
 bool Engine<D>::integrate() {
-  const StepBound bound = find_accelerations(gravity_, factors_, limit_, bodies_);
+  const StepBound bound = find_accelerations(gravity_, factors_, limit_, bodies_, team_.get());
   if (bound.suspects > 0) {
     trouble_ = describe_move();
     if (!trouble_.empty()) return false;
   }
-  advance(factors_, bodies_);
+  advance(factors_, bodies_, team_.get());
   travel_ += bound.largest_move;
   return true;
 }
@@ -472,10 +624,9 @@ double Engine<D>::largest_displacement() const {
     // The chord of a turn by phi at distance r is 2 r sin(phi/2)
     double chord = 0.0;
     if constexpr (D == 2) {
-      chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.direction.at(i));
+      chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.at(i));
     } else {
-      const double cosine =
-          product_of(bodies_.turns.world_from_body.at(i), searched_turns_.world_from_body.at(i));
+      const double cosine = product_of(bodies_.turns.world_from_body.at(i), searched_turns_.at(i));
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
     const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
@@ -519,7 +670,7 @@ void Engine<D>::find_contacts() {
   search_.find(bodies_, walls_, pairs_, material_count_, skin_, between_, with_walls_);
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
-  searched_turns_ = bodies_.turns;
+  searched_turns_ = orientations_of(bodies_.turns);
   loaded_walls_are_old_ = true;
   travel_ = 0.0;
   wall_travel_ = 0.0;
@@ -531,7 +682,7 @@ template <int D>
 void Engine<D>::use_time_step(double time_step) {
   if (time_step == factors_.time_step) return;
   const StepFactors changed = step_factors(time_step, global_damping_);
-  shift_half_step(factors_.half - changed.half, bodies_);
+  shift_half_step(factors_.half - changed.half, global_damping_, bodies_);
   factors_ = changed;
 }
 
@@ -575,7 +726,7 @@ void Engine<D>::clear_velocities() {
     motion.spin = Motion<D>::no_tangent();
     if constexpr (D == 3) bodies_.turns.spin_in_body.set(i, Motion<D>::no_tangent());
   }
-  shift_half_step(-factors_.half, bodies_);
+  shift_half_step(-factors_.half, global_damping_, bodies_);
 }
 
 template <int D>
@@ -630,7 +781,12 @@ std::uint64_t Engine<D>::state_hash() const {
   }
   for (const ContactList<D>* list : {&between_, &with_walls_}) {
     for (int c = 0; c < list->count(); ++c) {
-      if (list->is_touching[c]) hash.add(list->spring[c]);
+      if (!list->is_touching[c]) continue;
+      hash.add(list->spring[c]);
+      if (!list->remembers()) continue;
+      hash.add(list->memory[c].elastic_force);
+      hash.add(list->memory[c].stiffness);
+      hash.add(list->memory[c].rolled);
     }
   }
   return hash.value;
@@ -697,6 +853,7 @@ void Engine<D>::restore(const Snapshot& snapshot) {
   NumberReader surface_numbers{snapshot.wall_surfaces.data()};
   for (WallSurface<D>& surface : wall_surfaces_) pass_surface(surface, surface_numbers);
   overlap_trouble_ = {};
+  for (SlabLoads<D>& slab : slabs_) slab.trouble = {};
   trouble_.clear();
   find_contacts();
   put_back(snapshot.between_bodies, false, between_);

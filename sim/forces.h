@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "sim/contact_kernel.h"
@@ -61,6 +62,30 @@ struct WallSurface {
   Spin torque = Motion<D>::no_spin();    // N m, on the wall about the origin
 };
 
+// Sum of the contacts of a slab on a wall.
+template <int D>
+struct WallLoad {
+  Vec<D> force = Vec<D>::Zero();                           // N
+  typename Motion<D>::Spin torque = Motion<D>::no_spin();  // N m, about the origin
+};
+
+// What a contact does to a body of a later slab.
+template <int D>
+struct DeferredLoad {
+  int body;
+  Load<D> load;
+};
+
+// The sums over the groups of one slab that are not those of its own bodies.
+template <int D>
+struct SlabLoads {
+  int end = 0;  // its bodies are those before
+  std::vector<DeferredLoad<D>> deferred;
+  std::vector<WallLoad<D>> walls;
+  OverlapTrouble trouble;
+  int contact_count = 0;
+};
+
 namespace detail {
 
 inline void note_overlap(double overlap,
@@ -107,6 +132,7 @@ inline void gather_contact(int k,
   // A contact that is new has, on average, existed for half of the step
   batch.slip_time.set(k, is_old ? setting.slip_time : 0.5 * setting.slip_time);
   batch.spring.set(k, chosen(is_old, list.spring[c], Motion<D>::no_tangent()));
+  if (list.remembers()) batch.remembered[k].memory = list.memory[c];
 }
 
 // Which candidates of the range touch: the row of one that does not is written over by the next.
@@ -132,17 +158,6 @@ void gather_touching_pairs(const CandidateRange& range,
     rows += touches;
   }
   batch.count = rows;
-}
-
-// Length of the longest run of rows of one group.
-template <int D>
-int longest_group_of(const ContactBatch<D>& batch) {
-  int length = 0, longest = 0;
-  for (int k = 0; k < batch.count; ++k) {
-    length = k > 0 && batch.group[k] == batch.group[k - 1] ? length + 1 : 1;
-    longest = std::max(longest, length);
-  }
-  return longest;
 }
 
 template <int D, bool Commits>
@@ -171,7 +186,6 @@ void gather_pairs(const ForceSetting& setting,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
-  batch.longest_group = longest_group_of(batch);
   find_geometry(batch);
 }
 
@@ -234,7 +248,6 @@ void gather_walls(const ForceSetting& setting,
                      batch);
     gather_contact(k, setting, list, group, bodies, batch);
   }
-  batch.longest_group = longest_group_of(batch);
 }
 
 // Sums over a group that is spread over several batches. `gather` fills a batch without committing
@@ -249,6 +262,14 @@ void sum_spread_group(const ContactGroup& group, const Gather& gather, ContactBa
   }
   batch.sum_of_stiffness.value.fill(stiffness);
   batch.contact_count.value.fill(number);
+}
+
+// Sums over groups of which all rows are in the batch. Their number is asked for by one law alone.
+template <int D, class Law>
+void sum_whole_groups(const Law& law, ContactBatch<D>& batch) {
+  sum_groups(batch);
+  if (law.sharing != DampingSharing::inv_n) return;
+  count_groups(batch.count, batch.group.data(), batch.contact_count.value.data());
 }
 
 // Looks for overlaps that are too deep. R* <= smaller radius <= 2 R*, and reach >= 2 smaller
@@ -280,6 +301,11 @@ void look_for_deep_overlap(const ForceSetting& setting,
 template <int D, class Law>
 void keep_springs_of(const Law& law, const ContactBatch<D>& batch, ContactList<D>& list) {
   for (int k = 0; k < batch.count; ++k) list.spring[batch.candidate[k]] = batch.spring.at(k);
+  if (list.remembers()) {
+    for (int k = 0; k < batch.count; ++k) {
+      list.memory[batch.candidate[k]] = batch.remembered[k].memory;
+    }
+  }
   if (!law.has_static_friction) return;
   for (int k = 0; k < batch.count; ++k) {
     if (batch.slides.at(k) != 0.0) list.is_touching[batch.candidate[k]] = kSliding;
@@ -289,21 +315,28 @@ void keep_springs_of(const Law& law, const ContactBatch<D>& batch, ContactList<D
 // A linear spring is as stiff at any overlap.
 template <int D, class Law>
 void use_linear_stiffness(const Law& law, ContactBatch<D>& batch) {
-  if (law.normal_spring == NormalSpring::hertz) return;
+  if (law.normal_spring != NormalSpring::linear) return;
   std::fill_n(batch.stiffness.value.begin(), batch.count, law.linear_stiffness);
 }
 
 // Action and reaction.
 template <int D>
-void load_bodies(const ContactBatch<D>& batch, const ContactList<D>& list, Bodies<D>& bodies) {
+void load_bodies(const ContactBatch<D>& batch,
+                 const ContactList<D>& list,
+                 Bodies<D>& bodies,
+                 SlabLoads<D>& slab) {
   Load<D>* loads = bodies.load.data();
   for (int k = 0; k < batch.count; ++k) {
     const ContactGroup& group = list.groups[batch.group[k]];
     Load<D>& first = loads[group.first];
-    Load<D>& second = loads[group.second];
     const auto force = batch.force.at(k);
     first.force = first.force - force;
     first.torque = first.torque - batch.moment.at(k);
+    if (group.second >= slab.end) {
+      slab.deferred.push_back({group.second, {force, batch.second_moment.at(k)}});
+      continue;
+    }
+    Load<D>& second = loads[group.second];
     second.force = second.force + force;
     second.torque = second.torque + batch.second_moment.at(k);
   }
@@ -313,36 +346,37 @@ template <int D>
 void load_walls(const ContactBatch<D>& batch,
                 const ContactList<D>& list,
                 Bodies<D>& bodies,
-                std::vector<WallSurface<D>>& surfaces) {
+                const std::vector<WallSurface<D>>& surfaces,
+                SlabLoads<D>& slab) {
   for (int k = 0; k < batch.count; ++k) {
     const ContactGroup& group = list.groups[batch.group[k]];
     Load<D>& first = bodies.load[group.first];
     first.force = first.force - batch.force.at(k);
     first.torque = first.torque - batch.moment.at(k);
-    WallSurface<D>& surface = surfaces[group.second];
+    WallLoad<D>& wall = slab.walls[group.second];
     const auto force = batch.force.at(k);
-    surface.force += to_eigen(force);
-    if (surface.turns) {
+    wall.force += to_eigen(force);
+    if (surfaces[group.second].turns) {
       const auto first_centre = plain(bodies.motion[group.first].position);
-      surface.torque += to_eigen(batch.moment.at(k) + moment(first_centre, force));
+      wall.torque += to_eigen(batch.moment.at(k) + moment(first_centre, force));
     }
   }
 }
 
 }  // namespace detail
 
-// Adds the force of every touching pair of bodies to both; returns how many contacts there are.
-// Linear in candidates; allocates nothing.
+// Adds the force of every touching pair of bodies of the ranges to both. Linear in candidates;
+// allocates nothing once the slab has seen its largest load.
 template <int D, class Law, class Observer>
-int add_pair_forces(const Law& law,
-                    const ForceSetting& setting,
-                    ContactList<D>& list,
-                    Bodies<D>& bodies,
-                    ContactBatch<D>& batch,
-                    OverlapTrouble& trouble,
-                    Observer& observe) {
-  int contact_count = 0;
-  for (const CandidateRange& range : list.ranges) {
+void add_pair_forces(const Law& law,
+                     const ForceSetting& setting,
+                     std::span<const CandidateRange> ranges,
+                     ContactList<D>& list,
+                     Bodies<D>& bodies,
+                     ContactBatch<D>& batch,
+                     SlabLoads<D>& slab,
+                     Observer& observe) {
+  for (const CandidateRange& range : ranges) {
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) {
         detail::gather_pairs<D, false>(setting, part, list, bodies, batch);
@@ -352,32 +386,31 @@ int add_pair_forces(const Law& law,
     }
     detail::gather_pairs<D, Observer::commits>(setting, range, list, bodies, batch);
     detail::use_linear_stiffness(law, batch);
-    if (!range.is_part) sum_groups(batch);
-    detail::look_for_deep_overlap(setting, list, bodies, batch, false, trouble);
+    if (!range.is_part) detail::sum_whole_groups(law, batch);
+    detail::look_for_deep_overlap(setting, list, bodies, batch, false, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), false});
     if constexpr (Observer::commits) {
       detail::keep_springs_of(law, batch, list);
-      detail::load_bodies(batch, list, bodies);
+      detail::load_bodies(batch, list, bodies, slab);
     }
-    contact_count += batch.count;
+    slab.contact_count += batch.count;
   }
-  return contact_count;
 }
 
 // The same for every sphere that touches a wall. `walls` are where they are now.
 template <int D, class Law, class Observer>
-int add_wall_forces(const Law& law,
-                    const ForceSetting& setting,
-                    const std::vector<Wall>& walls,
-                    std::vector<WallSurface<D>>& surfaces,
-                    ContactList<D>& list,
-                    Bodies<D>& bodies,
-                    ContactBatch<D>& batch,
-                    OverlapTrouble& trouble,
-                    Observer& observe) {
-  int contact_count = 0;
-  for (const CandidateRange& range : list.ranges) {
+void add_wall_forces(const Law& law,
+                     const ForceSetting& setting,
+                     std::span<const CandidateRange> ranges,
+                     const std::vector<Wall>& walls,
+                     const std::vector<WallSurface<D>>& surfaces,
+                     ContactList<D>& list,
+                     Bodies<D>& bodies,
+                     ContactBatch<D>& batch,
+                     SlabLoads<D>& slab,
+                     Observer& observe) {
+  for (const CandidateRange& range : ranges) {
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) {
         detail::gather_walls<D, false>(setting, part, walls, surfaces, list, bodies, batch);
@@ -388,17 +421,16 @@ int add_wall_forces(const Law& law,
     detail::gather_walls<D, Observer::commits>(
         setting, range, walls, surfaces, list, bodies, batch);
     detail::use_linear_stiffness(law, batch);
-    if (!range.is_part) sum_groups(batch);
-    detail::look_for_deep_overlap(setting, list, bodies, batch, true, trouble);
+    if (!range.is_part) detail::sum_whole_groups(law, batch);
+    detail::look_for_deep_overlap(setting, list, bodies, batch, true, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), true});
     if constexpr (Observer::commits) {
       detail::keep_springs_of(law, batch, list);
-      detail::load_walls(batch, list, bodies, surfaces);
+      detail::load_walls(batch, list, bodies, surfaces, slab);
     }
-    contact_count += batch.count;
+    slab.contact_count += batch.count;
   }
-  return contact_count;
 }
 
 }  // namespace graintruth::sim

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <type_traits>
 
@@ -45,11 +46,31 @@ struct Block {
   ScalarColumn<BlockNumbers> bound;  // m2
 };
 
+// Blocks of one share of the bodies.
 template <int D, class Function>
-void for_each_block(const Bodies<D>& bodies, Block<D>& block, const Function& function) {
-  for (block.first = 0; block.first < bodies.count(); block.first += kBlock) {
-    block.count = std::min(kBlock, bodies.count() - block.first);
+void for_each_block(int begin, int end, Block<D>& block, const Function& function) {
+  for (block.first = begin; block.first < end; block.first += kBlock) {
+    block.count = std::min(kBlock, end - block.first);
     function();
+  }
+}
+
+// Shares of whole blocks, few enough to hand out and small enough for the last one not to be waited
+// for.
+constexpr int kBodiesInShare = 16 * kBlock;
+
+// function(begin, end, share) for all shares of the bodies.
+template <int D, class Function>
+void for_each_share(const Bodies<D>& bodies, Team* team, const Function& function) {
+  const int shares = (bodies.count() + kBodiesInShare - 1) / kBodiesInShare;
+  const auto task = [&](int, int share) {
+    const int begin = share * kBodiesInShare;
+    function(begin, std::min(begin + kBodiesInShare, bodies.count()), share);
+  };
+  if (team != nullptr && team->workers() > 1 && shares > 1) {
+    team->run(shares, task);
+  } else {
+    for (int share = 0; share < shares; ++share) task(0, share);
   }
 }
 
@@ -158,7 +179,7 @@ template <int D>
   const auto velocity = next(block.velocity.at(k), acceleration, step);
   block.position.set(k, block.position.at(k) + step.time_step * velocity);
   block.velocity.set(k, velocity);
-  block.velocity_now.set(k, velocity + step.half * acceleration);
+  block.velocity_now.set(k, step.predict * velocity + step.half * acceleration);
 }
 
 [[gnu::always_inline]] inline void advance_of(const StepFactors& step,
@@ -174,7 +195,7 @@ template <int D>
     const double angular = row.angular_acceleration.at(k);
     const double spin = next(block.spin.at(k), angular, step);
     block.spin.set(k, spin);
-    block.spin_now.set(k, spin + step.half * angular);
+    block.spin_now.set(k, step.predict * spin + step.half * angular);
     const double angle = spin * step.time_step;
     angles[k] += angle;
     const SmallTurn small = small_turn(angle);
@@ -207,7 +228,7 @@ template <int D>
     const Rotation world_from_body = (1.5 - 0.5 * squared(turned)) * turned;
     rotation.set(k, world_from_body);
     block.spin.set(k, turned_by(world_from_body, spin));
-    block.spin_now.set(k, turned_by(world_from_body, spin + step.half * angular));
+    block.spin_now.set(k, turned_by(world_from_body, step.predict * spin + step.half * angular));
   }
 }
 
@@ -242,43 +263,55 @@ template <int D>
 StepBound find_all_accelerations(typename Motion<D>::Vector gravity,
                                  const StepFactors& step,
                                  const StepLimit& limit,
-                                 Bodies<D>& bodies) {
-  Block<D> block;
-  double largest = 0.0;
-  int suspects = 0;
-  for_each_block(bodies, block, [&] {
-    for (int k = 0; k < block.count; ++k) {
-      const Load<D>& load = bodies.load[block.first + k];
-      const BodyMotion<D>& motion = bodies.motion[block.first + k];
-      block.force.set(k, load.force);
-      block.torque.set(k, load.torque);
-      block.velocity.set(k, motion.velocity);
-      if constexpr (D == 2) block.spin.set(k, motion.spin);
+                                 Bodies<D>& bodies,
+                                 Team* team) {
+  std::atomic<double> largest_of_all = 0.0;
+  std::atomic<int> suspects_of_all = 0;
+  for_each_share(bodies, team, [&](int begin, int end, int) {
+    Block<D> block;
+    double largest = 0.0;
+    int suspects = 0;
+    for_each_block(begin, end, block, [&] {
+      for (int k = 0; k < block.count; ++k) {
+        const Load<D>& load = bodies.load[block.first + k];
+        const BodyMotion<D>& motion = bodies.motion[block.first + k];
+        block.force.set(k, load.force);
+        block.torque.set(k, load.torque);
+        block.velocity.set(k, motion.velocity);
+        if constexpr (D == 2) block.spin.set(k, motion.spin);
+      }
+      suspects += find_accelerations_in(gravity, step, limit, block, bodies, largest);
+    });
+    suspects_of_all += suspects;
+    // The largest of all, whoever comes last
+    double before = largest_of_all;
+    while (before < largest && !largest_of_all.compare_exchange_weak(before, largest)) {
     }
-    suspects += find_accelerations_in(gravity, step, limit, block, bodies, largest);
   });
-  return {std::sqrt(largest), suspects};
+  return {std::sqrt(largest_of_all), suspects_of_all};
 }
 
 template <int D>
-void advance_all(const StepFactors& step, Bodies<D>& bodies) {
-  Block<D> block;
-  for_each_block(bodies, block, [&] {
-    for (int k = 0; k < block.count; ++k) {
-      const BodyMotion<D>& motion = bodies.motion[block.first + k];
-      block.position.set(k, motion.position);
-      block.velocity.set(k, motion.velocity);
-      if constexpr (D == 2) block.spin.set(k, motion.spin);
-    }
-    advance_in(step, bodies, block);
-    for (int k = 0; k < block.count; ++k) {
-      bodies.motion[block.first + k] = {block.position.at(k),
-                                        block.velocity.at(k),
-                                        block.velocity_now.at(k),
-                                        block.spin.at(k),
-                                        block.spin_now.at(k)};
-      place_spheres(bodies, block.first + k);
-    }
+void advance_all(const StepFactors& step, Bodies<D>& bodies, Team* team) {
+  for_each_share(bodies, team, [&](int begin, int end, int) {
+    Block<D> block;
+    for_each_block(begin, end, block, [&] {
+      for (int k = 0; k < block.count; ++k) {
+        const BodyMotion<D>& motion = bodies.motion[block.first + k];
+        block.position.set(k, motion.position);
+        block.velocity.set(k, motion.velocity);
+        if constexpr (D == 2) block.spin.set(k, motion.spin);
+      }
+      advance_in(step, bodies, block);
+      for (int k = 0; k < block.count; ++k) {
+        bodies.motion[block.first + k] = {block.position.at(k),
+                                          block.velocity.at(k),
+                                          block.velocity_now.at(k),
+                                          block.spin.at(k),
+                                          block.spin_now.at(k)};
+        place_spheres(bodies, block.first + k);
+      }
+    });
   });
 }
 
@@ -287,18 +320,24 @@ void advance_all(const StepFactors& step, Bodies<D>& bodies) {
 StepBound find_accelerations(const Vec2& gravity,
                              const StepFactors& step,
                              const StepLimit& limit,
-                             Bodies<2>& bodies) {
-  return find_all_accelerations<2>(plain(gravity), step, limit, bodies);
+                             Bodies<2>& bodies,
+                             Team* team) {
+  return find_all_accelerations<2>(plain(gravity), step, limit, bodies, team);
 }
 StepBound find_accelerations(const Vec3& gravity,
                              const StepFactors& step,
                              const StepLimit& limit,
-                             Bodies<3>& bodies) {
-  return find_all_accelerations<3>(plain(gravity), step, limit, bodies);
+                             Bodies<3>& bodies,
+                             Team* team) {
+  return find_all_accelerations<3>(plain(gravity), step, limit, bodies, team);
 }
 
-void advance(const StepFactors& step, Bodies<2>& bodies) { advance_all(step, bodies); }
-void advance(const StepFactors& step, Bodies<3>& bodies) { advance_all(step, bodies); }
+void advance(const StepFactors& step, Bodies<2>& bodies, Team* team) {
+  advance_all(step, bodies, team);
+}
+void advance(const StepFactors& step, Bodies<3>& bodies, Team* team) {
+  advance_all(step, bodies, team);
+}
 
 Speeds next_speeds(const StepFactors& step, const Bodies<2>& bodies, int i) {
   const auto velocity = next(bodies.motion[i].velocity, bodies.acceleration.at(i), step);
@@ -311,19 +350,22 @@ Speeds next_speeds(const StepFactors& step, const Bodies<3>& bodies, int i) {
   return {std::sqrt(squared(velocity)), std::sqrt(squared(spin))};
 }
 
-void shift_half_step(double later, Bodies<2>& bodies) {
+void shift_half_step(double later, double global_damping, Bodies<2>& bodies) {
   for (int i = 0; i < bodies.count(); ++i) {
     BodyMotion<2>& motion = bodies.motion[i];
-    motion.velocity = motion.velocity + later * bodies.acceleration.at(i);
-    motion.spin += later * bodies.angular_acceleration.at(i);
+    motion.velocity =
+        motion.velocity + later * (bodies.acceleration.at(i) - global_damping * motion.velocity);
+    motion.spin += later * (bodies.angular_acceleration.at(i) - global_damping * motion.spin);
   }
 }
-void shift_half_step(double later, Bodies<3>& bodies) {
+void shift_half_step(double later, double global_damping, Bodies<3>& bodies) {
   for (int i = 0; i < bodies.count(); ++i) {
     BodyMotion<3>& motion = bodies.motion[i];
-    motion.velocity = motion.velocity + later * bodies.acceleration.at(i);
+    motion.velocity =
+        motion.velocity + later * (bodies.acceleration.at(i) - global_damping * motion.velocity);
+    const SpatialVector before = bodies.turns.spin_in_body.at(i);
     const SpatialVector spin =
-        bodies.turns.spin_in_body.at(i) + later * bodies.angular_acceleration.at(i);
+        before + later * (bodies.angular_acceleration.at(i) - global_damping * before);
     bodies.turns.spin_in_body.set(i, spin);
     motion.spin = turned_by(bodies.turns.world_from_body.at(i), spin);
   }

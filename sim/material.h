@@ -24,6 +24,9 @@ struct Surfaces {
   double restitution = 1.0;  // -; rebound speed over impact speed of a central impact, in (0, 1]
   // -; Coulomb, holds a contact that has not slid since it last stuck; 0: the same as `friction`
   double static_friction = 0.0;
+  // -; mu_r: the moment against rolling is at most mu_r times the normal force times R* (that of
+  // the two spheres, at a wall the sphere's own radius)
+  double rolling_friction = 0.0;
 };
 
 // May a damped contact pull? A cohesionless bed cannot, so the force is cut off at zero unless the
@@ -35,12 +38,22 @@ enum class Tension { clipped, allowed };
 // kept for comparison.
 enum class DampingSharing { inv_sqrt_n, inv_n, none };
 
-// Spring along the normal: Hertz, or one constant stiffness for all contacts.
-enum class NormalSpring { hertz, linear };
+// Spring along the normal, k_n = dF/d(overlap) of Hertz:
+//   hertz        F = (2/3) k_n d, Hertz's force on the total overlap
+//   linear       F = k d with one constant stiffness for all contacts
+//   secant       F = k_n d: the tangent stiffness taken for a secant (thesis 1.72), 1.5 times as
+//   stiff incremental  F += k_n(F) dd from step to step (thesis 1.54-1.55). It forgets the overlap,
+//   so
+//                bodies at rest drift into each other or apart: to show just that (tables 3.1-3.3)
+enum class NormalSpring { hertz, linear, secant, incremental };
 
-// Stiffness of the spring across the normal: that of Mindlin, which follows the pressure, or one
-// constant for all contacts.
-enum class TangentialSpring { mindlin, constant };
+// Spring across the normal:
+//   mindlin         F_t = k_t s with k_t of Mindlin, which follows the pressure
+//   mindlin_scaled  the same, but what was stretched under less pressure keeps its force when the
+//                   pressure grows (F_t += k_t ds), and loses force with k_t when it falls. No
+//                   cycle of pressing and slipping makes energy
+//   constant        one constant stiffness for all contacts
+enum class TangentialSpring { mindlin, mindlin_scaled, constant };
 
 // What Coulomb's limit limits (thesis fig. 1.4). whole: spring and dashpot together, at mu times
 // the whole normal force (variant a); spring: the spring alone, at mu times the normal spring's
@@ -58,6 +71,7 @@ struct PairMaterial {
   double tangential_ratio = 0.0;    // -; k_t / k_n
   double friction = 0.0;            // -
   double static_friction = 0.0;     // -; not below friction
+  double rolling_friction = 0.0;    // -
   double damping_ratio = 0.0;       // -; beta
   double normal_damping = 0.0;      // -; 2 sqrt(5/6) beta; 2 beta for a linear spring
   double tangential_damping = 0.0;  // -; factor on the normal dashpot constant

@@ -116,6 +116,12 @@ inline SpatialVector turned_into_plane(SpatialVector spring, SpatialVector norma
   return (squared > 0.0 ? scale : 0.0) * flat;
 }
 
+// A turning without its part about the normal. In the plane there is none.
+inline double without_twist(double turning, PlanarVector) { return turning; }
+inline SpatialVector without_twist(SpatialVector turning, SpatialVector normal) {
+  return turning - dot(turning, normal) * normal;
+}
+
 inline double length_of(double tangent) { return std::abs(tangent); }
 inline double length_of(SpatialVector tangent) { return std::sqrt(dot(tangent, tangent)); }
 inline double product_of(double a, double b) { return a * b; }

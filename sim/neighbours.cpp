@@ -57,12 +57,11 @@ Grid<D> make_grid(std::span<const Vec<D>> centres, double smallest_edge) {
 }  // namespace
 
 template <int D>
-void find_near_pairs(std::span<const Vec<D>> centres,
-                     std::span<const double> radii,
-                     double margin,
-                     CellList& cells,
-                     std::vector<IndexPair>& pairs) {
-  pairs.clear();
+void visit_near_pairs(std::span<const Vec<D>> centres,
+                      std::span<const double> radii,
+                      double margin,
+                      CellList& cells,
+                      const std::function<void(std::span<const IndexPair>)>& visit) {
   const int count = static_cast<int>(centres.size());
   if (count < 2) return;
 
@@ -88,9 +87,10 @@ void find_near_pairs(std::span<const Vec<D>> centres,
   };
 
   // 2. Each body against the later ones in its own and the adjacent cells
+  std::vector<IndexPair>& pairs = cells.pairs_of_body;
   for (int i = 0; i < count; ++i) {
     const std::array<int, 3> home = grid.cell(centres[i]);
-    const std::size_t first_pair = pairs.size();
+    pairs.clear();
     const int below = D == 3 ? std::max(home[2] - 1, 0) : 0;
     const int above = D == 3 ? std::min(home[2] + 1, grid.size[2] - 1) : 0;
     for (int cz = below; cz <= above; ++cz) {
@@ -107,11 +107,36 @@ void find_near_pairs(std::span<const Vec<D>> centres,
         }
       }
     }
-    std::sort(pairs.begin() + static_cast<std::ptrdiff_t>(first_pair),
-              pairs.end(),
-              [](const IndexPair& a, const IndexPair& b) { return a.second < b.second; });
+    if (pairs.empty()) continue;
+    std::sort(pairs.begin(), pairs.end(), [](const IndexPair& a, const IndexPair& b) {
+      return a.second < b.second;
+    });
+    visit(pairs);
   }
 }
+
+template <int D>
+void find_near_pairs(std::span<const Vec<D>> centres,
+                     std::span<const double> radii,
+                     double margin,
+                     CellList& cells,
+                     std::vector<IndexPair>& pairs) {
+  pairs.clear();
+  visit_near_pairs<D>(centres, radii, margin, cells, [&](std::span<const IndexPair> of_body) {
+    pairs.insert(pairs.end(), of_body.begin(), of_body.end());
+  });
+}
+
+template void visit_near_pairs<2>(std::span<const Vec<2>>,
+                                  std::span<const double>,
+                                  double,
+                                  CellList&,
+                                  const std::function<void(std::span<const IndexPair>)>&);
+template void visit_near_pairs<3>(std::span<const Vec<3>>,
+                                  std::span<const double>,
+                                  double,
+                                  CellList&,
+                                  const std::function<void(std::span<const IndexPair>)>&);
 
 template void find_near_pairs<2>(
     std::span<const Vec<2>>, std::span<const double>, double, CellList&, std::vector<IndexPair>&);

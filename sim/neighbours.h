@@ -2,6 +2,7 @@
 // bodies.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,10 +20,19 @@ struct CellList {
   std::vector<int> cell_of_body;
   std::vector<int> first_in_cell;
   std::vector<int> bodies_by_cell;
+  std::vector<IndexPair> pairs_of_body;
 };
 
-// All pairs whose bounding spheres are less than `margin` (m) apart, sorted by first and then
-// second.
+// Shows all pairs whose bounding spheres are less than `margin` (m) apart, body after body: those
+// of which it is the first, sorted by the second.
+template <int D>
+void visit_near_pairs(std::span<const Vec<D>> centres,
+                      std::span<const double> radii,
+                      double margin,
+                      CellList& cells,
+                      const std::function<void(std::span<const IndexPair>)>& visit);
+
+// The same as one list, sorted by first and then second.
 template <int D>
 void find_near_pairs(std::span<const Vec<D>> centres,
                      std::span<const double> radii,

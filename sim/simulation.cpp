@@ -46,6 +46,7 @@ void check(const SimulationOptions& options) {
           "must be above 0 with a constant tangential spring and 0 without one");
   require(options.skin >= 0.0, "skin", options.skin, "must not be below 0");
   require(options.largest_move > 0.0, "largest_move", options.largest_move, "must be above 0");
+  require(options.threads >= 1, "threads", options.threads, "must be at least 1");
   require(
       options.largest_overlap > 0.0, "largest_overlap", options.largest_overlap, "must be above 0");
 }
@@ -55,7 +56,9 @@ namespace {
 // The step of the scene; with a linear spring also at most what that needs.
 double longest_step_of(const Scene& scene, const SimulationOptions& options) {
   const double step = choose_time_step(scene, options.time_step);
-  if (options.normal_spring == NormalSpring::hertz) return step;
+  // 1.5 times as stiff as Hertz
+  if (options.normal_spring == NormalSpring::secant) return std::sqrt(1.0 / 1.5) * step;
+  if (options.normal_spring != NormalSpring::linear) return step;
   return std::min(step, linear_time_step(scene, options.linear_stiffness, options.time_step));
 }
 
@@ -68,13 +71,13 @@ struct Simulation::Engines {
   std::variant<Engine<2>, Engine<3>> engine;
   State state;
 
-  Engines(const Scene& start, const SimulationOptions& chosen)
-      : scene(start),
+  Engines(Scene start, const SimulationOptions& chosen)
+      : scene(std::move(start)),
         options(chosen),
-        longest_step(longest_step_of(start, chosen)),
-        engine(start.planar
-                   ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, start, chosen)
-                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, start, chosen)) {}
+        longest_step(longest_step_of(scene, chosen)),
+        engine(scene.planar
+                   ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, scene, chosen)
+                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {}
 
   template <class Function>
   decltype(auto) visit(Function function) {
@@ -89,10 +92,10 @@ struct Simulation::Engines {
   }
 };
 
-Simulation::Simulation(const Scene& scene, const SimulationOptions& options) {
+Simulation::Simulation(Scene scene, const SimulationOptions& options) {
   check(scene);
   check(options);
-  engines_ = std::make_unique<Engines>(scene, options);
+  engines_ = std::make_unique<Engines>(std::move(scene), options);
 }
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
@@ -285,6 +288,10 @@ Energy Simulation::energy() const {
 
 std::vector<ContactReport> Simulation::contacts() const {
   return engines_->visit([](auto& engine) { return engine.contacts(); });
+}
+
+ContactPeaks Simulation::take_peaks() {
+  return engines_->visit([](auto& engine) { return engine.take_peaks(); });
 }
 
 Vec3 Simulation::wall_force(int wall) const {

@@ -34,7 +34,10 @@ struct SimulationOptions {
       0.1;  // smallest radii a step, rotation of the ends included (thesis 2.5.5, 6.1-ii)
   double largest_overlap = 0.1;         // of the smaller radius
   std::int64_t largest_step_count = 0;  // of one run_until; 0 for no limit
+  // Workers on one bed; pays from some thousand bodies on. The same bits come out for any number.
+  int threads = 1;
   bool tally_work = false;  // book the work of dashpots and friction; slows each step a little
+  bool keep_peaks = false;  // look at every contact of every step for Simulation::take_peaks
 };
 
 void check(const SimulationOptions& options);
@@ -79,16 +82,29 @@ struct ContactReport {
   int second_sphere = 0;                 // as above; 0 with walls
   double overlap = 0.0;                  // m
   Vec3 normal = Vec3::Zero();            // unit, from first to second
+  Vec3 point = Vec3::Zero();             // m; in the middle of the overlap
   double normal_force = 0.0;             // N; pushes apart
   Vec3 tangential_force = Vec3::Zero();  // N; on the second
   bool slides = false;
+};
+
+// Running maxima over all contacts of all steps, so that no peak falls between two looks.
+struct ContactPeaks {
+  double normal_force = 0.0;  // N; of one contact
+  double time = 0.0;          // s; when
+  int first = -1;             // body
+  int second = -1;            // body or wall
+  bool with_wall = false;
+  std::vector<double> of_body;  // N; of the contacts of each body
+  std::vector<double> of_wall;  // N; of the contacts of each wall
 };
 
 class Simulation {
  public:
   // Throws std::invalid_argument when scene or options are unusable, or when bodies start deeper in
   // each other or in a wall than SimulationOptions::largest_overlap.
-  explicit Simulation(const Scene& scene, const SimulationOptions& options = {});
+  // A large scene that is no longer needed is moved in.
+  explicit Simulation(Scene scene, const SimulationOptions& options = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -127,6 +143,9 @@ class Simulation {
 
   Energy energy() const;
   std::vector<ContactReport> contacts() const;
+  // The largest normal forces since the last call, or the start. Empty without
+  // SimulationOptions::keep_peaks; after bodies were added or taken out those so far are lost.
+  ContactPeaks take_peaks();
   // Force of all contacts on a wall in the last step, N.
   Vec3 wall_force(int wall) const;
   // A scene whose bodies and walls are where this simulation has brought them.

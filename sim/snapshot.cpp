@@ -9,7 +9,7 @@
 namespace graintruth::sim {
 namespace {
 
-constexpr std::string_view kMagic = "GTSNAP01";
+constexpr std::string_view kMagic = "GTSNAP02";
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
   std::uint64_t hash = 14695981039346656037ull;
@@ -124,6 +124,8 @@ void walk_contacts(Archive& archive, Contacts& contacts) {
   for (auto& c : contacts) {
     walk(archive, c.first_sphere, c.second, c.state);
     walk(archive, c.spring[0], c.spring[1], c.spring[2]);
+    walk(archive, c.elastic_force, c.stiffness);
+    walk(archive, c.rolled[0], c.rolled[1], c.rolled[2]);
   }
 }
 
@@ -141,6 +143,7 @@ void walk_snapshot(Archive& archive, SomeSnapshot& s) {
     walk(archive, pair.normal_modulus, pair.tangential_ratio, pair.friction);
     walk(archive,
          pair.static_friction,
+         pair.rolling_friction,
          pair.damping_ratio,
          pair.normal_damping,
          pair.tangential_damping);
@@ -202,7 +205,7 @@ Snapshot snapshot_from_bytes(std::span<const std::byte> bytes) {
     return true;
   };
   if (bytes.size() < kMagic.size() + 8 || !is_magic()) {
-    throw std::invalid_argument("snapshot: does not begin with GTSNAP01, so it is none");
+    throw std::invalid_argument("snapshot: does not begin with GTSNAP02, so it is none");
   }
   const std::span<const std::byte> content = bytes.first(bytes.size() - 8);
   Reader end(bytes.last(8));

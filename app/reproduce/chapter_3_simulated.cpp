@@ -145,8 +145,8 @@ void simulate_weight(Examination& exam,
              "largest error of the three steps");
   exam.add_note(
       "Overlaps are recomputed from Hertz's law for a load at rest. Our contact force follows from "
-      "the total overlap and cannot drift; the incremental force of the thesis (1.54, 1.55) is not "
-      "offered by the simulator, so its drift is not shown here.");
+      "the total overlap and cannot drift; the incremental force of the thesis (1.54, 1.55) is an "
+      "option of the simulator that only shows its drift, and is not run here.");
 }
 
 // --- Figure 3.5 ---

@@ -88,6 +88,28 @@ TEST(SceneRun, SettledBedPressesWithItsWeight) {
   EXPECT_EQ(run.frames.size(), 3u);
 }
 
+// What the strips of the four sides carry together is what the sides carry; and no force of a frame
+// is above the peak since the frame before.
+TEST(SceneRun, StripsAndPeaksFitTheForcesOnTheWalls) {
+  const SceneRun run = run_text(
+      with(small_scene(), "radius_mm = 10", "chain = {count = 2, radius_mm = 7, spacing_mm = 6}"));
+  const SceneFrame& last = run.frames.back();
+  ASSERT_EQ(last.strip_force.size(), last.wall_force.size());
+  EXPECT_NEAR(run.strips.low, 0.0, 1e-4);
+  EXPECT_GT(run.strips.high, 0.03);
+  double in_strips = 0.0, on_walls = 0.0;
+  for (std::size_t w = 0; w < last.wall_force.size(); ++w) {
+    EXPECT_GE(last.wall_peak[w], 0.0);
+    if (std::abs(last.wall_force[w].z()) > 0.5 * last.wall_force[w].norm()) continue;  // the floor
+    for (const double force : last.strip_force[w]) in_strips += force;
+    on_walls += std::hypot(last.wall_force[w].x(), last.wall_force[w].y());
+  }
+  EXPECT_GT(in_strips, 0.0);
+  // Horizontal friction along a side is not in the strips
+  EXPECT_NEAR(in_strips / on_walls, 1.0, 0.05);
+  EXPECT_GE(last.bed.peak_force, last.bed.largest_force);
+}
+
 TEST(SceneRun, SameSeedSameBitsOtherSeedOtherBed) {
   const std::string pairs = with(
       with(small_scene(), "radius_mm = 10", "chain = {count = 2, radius_mm = 7, spacing_mm = 6}"),
@@ -194,6 +216,44 @@ TEST(SceneRun, PhaseSetsFrictionOnlyForItself) {
   use_surfaces(scene, scene.phases[1], surfaces);
   EXPECT_EQ(surfaces.of(0, 1).friction, 0.3);
   EXPECT_EQ(surfaces.of(0, 0).restitution, 0.5);
+}
+
+// A ball rolls to a stop by rolling friction alone, from the key to the physics; and the words of
+// [law] reach the simulator.
+TEST(SceneRun, RollingFrictionAndTheFormOfTheLawAreUsed) {
+  std::string text = with(small_scene(), "count = 27", "count = 0");
+  text = with(text, "[settle]\nlongest_s = 2.0\nrestitution = 0.2\n", "");
+  text = with(text, "duration_s = 0.02", "duration_s = 0.1");
+  text = with(text,
+              "shape = \"box\"\nlow_mm = [-35, -35, 0]\nhigh_mm = [35, 35, 200]\nopen = \"top\"\n",
+              "shape = \"plane\"\npoint_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n");
+  text +=
+      "\n[[place]]\nparticle = \"ball\"\nx_mm = 0\nz_mm = 10\nvelocity_mm_per_s = [200, 0, 0]\n"
+      "spin_rad_per_s = [0, 20, 0]\n";
+  const std::string rolls =
+      with(text, "second = \"wall\"\n", "second = \"wall\"\nrolling_friction = 0.1\n");
+  const auto speed = [](const SceneRun& run) { return run.scene.bodies.at(0).velocity.x(); };
+  EXPECT_NEAR(speed(run_text(text)), 0.2, 1e-3);
+  EXPECT_NEAR(speed(run_text(rolls)), 0.2 - 5.0 / 7.0 * 0.1 * 9.81 * 0.1, 1e-3);
+  EXPECT_NEAR(run_text(text).contacts.at(0).overlap /
+                  run_text(text + "\n[law]\nnormal_spring = \"secant\"\n").contacts.at(0).overlap,
+              std::pow(1.5, 2.0 / 3.0),
+              2e-2);
+}
+
+TEST(SceneDoor, NamesWhatTheLawDoesNotKnow) {
+  const auto law = [](const std::string& line) {
+    return refusal(small_scene() + "\n[law]\n" + line + "\n");
+  };
+  EXPECT_NE(law("normal_spring = \"herz\"")
+                .find("is 'herz', but must be one of hertz, linear, secant, incremental"),
+            std::string::npos);
+  EXPECT_NE(law("normal_spring = \"linear\"").find("linear_stiffness"), std::string::npos);
+  EXPECT_NE(law("linear_stiffness_n_per_m = 1e4").find("belongs to another spring"),
+            std::string::npos);
+  EXPECT_NE(refusal(with(small_scene(), "friction = 0.3", "friction = 0.3\nstatic_friction = 0.2"))
+                .find("must not be below friction"),
+            std::string::npos);
 }
 
 TEST(SceneDoor, NamesParticlesThatCannotBeWhereTheyAre) {

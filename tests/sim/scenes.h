@@ -44,4 +44,46 @@ inline Scene micro_rig(double friction = 0.1, double restitution = 0.85) {
   return scene;
 }
 
+// Rows of chains of `spheres` balls of 5 mm above a box that fits them, dropped as they lie, turned
+// by some steps of a coarse wheel so that no two neighbours are alike. In space as many layers deep
+// as `depth` says.
+struct BedSize {
+  int columns = 10, rows = 6, depth = 1, spheres = 3;
+  double gap = 1e-3;  // m; between the sites
+};
+inline Scene falling_bed(const BedSize& size, bool planar, const Surfaces& surfaces) {
+  constexpr double kRadius = 0.005, kSpacing = 0.006;  // m
+  Scene scene;
+  scene.planar = planar;
+  const int grain = scene.add_material({.youngs_modulus = 1e7, .poisson_ratio = 0.3});
+  const int steel = scene.add_material(rigid_material());
+  scene.surfaces.set(grain, grain, surfaces);
+  scene.surfaces.set(grain, steel, surfaces);
+  const int type = scene.add_type(
+      make_clump(chain_of_spheres(size.spheres, kRadius, kSpacing), {.density = 1500.0}, grain));
+  const double site = 2.0 * kRadius + (size.spheres - 1) * kSpacing + size.gap;
+  for (int k = 0; k < size.rows; ++k) {
+    for (int j = 0; j < size.depth; ++j) {
+      for (int i = 0; i < size.columns; ++i) {
+        const int turn = (7 * i + 5 * j + 11 * k) % 16;
+        const Vec3 place((i + 0.5) * site, (j + 0.5) * site, (k + 0.5) * site);
+        if (planar) {
+          scene.add_planar_body(type, into_plane(place), 0.2 * turn);
+        } else {
+          const Quat turned(1.0, 0.1 * turn, 0.3 - 0.05 * turn, 0.2 * (turn % 5));
+          scene.add_body(type, place, turned.normalized());
+        }
+      }
+    }
+  }
+  const Vec3 far(size.columns * site, size.depth * site, 0.0);
+  scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitZ(), {}, steel));
+  scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitX(), {}, steel));
+  scene.add_wall(plane_wall(far, -Vec3::UnitX(), {}, steel));
+  if (planar) return scene;
+  scene.add_wall(plane_wall(Vec3::Zero(), Vec3::UnitY(), {}, steel));
+  scene.add_wall(plane_wall(far, -Vec3::UnitY(), {}, steel));
+  return scene;
+}
+
 }  // namespace graintruth::sim::scenes

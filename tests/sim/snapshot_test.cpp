@@ -49,6 +49,31 @@ TEST(Snapshot, GoesOnWithTheSameBits) {
   }
 }
 
+// Laws whose contacts remember more than a spring.
+TEST(Snapshot, KeepsWhatContactsRemember) {
+  const SimulationOptions laws[] = {{.tangential_spring = TangentialSpring::mindlin_scaled},
+                                    {.normal_spring = NormalSpring::incremental}};
+  for (const bool planar : {true, false}) {
+    for (const SimulationOptions& law : laws) {
+      Scene scene = relaxed_rig(planar);
+      scene.surfaces.set(0, 1, {.friction = 0.3, .restitution = 0.7, .rolling_friction = 0.02});
+      Simulation whole(scene, law), forgetful(scene, law);
+      whole.run_until(0.05);
+      const Snapshot snapshot = snapshot_from_bytes(to_bytes(whole.save()));
+      Snapshot poorer = snapshot;
+      for (KeptContact& contact : poorer.with_walls) contact.rolled[0] = contact.rolled[1] = 0.0;
+      whole.run_until(0.08);
+      Simulation restarted(scene, law);
+      restarted.restore(snapshot);
+      restarted.run_until(0.08);
+      EXPECT_EQ(restarted.state_hash(), whole.state_hash());
+      forgetful.restore(poorer);
+      forgetful.run_until(0.08);
+      EXPECT_NE(forgetful.state_hash(), whole.state_hash());
+    }
+  }
+}
+
 // A body far from all others is taken out: they must go on as if it had stayed, bit for bit.
 TEST(Snapshot, TakingABodyOutLeavesTheOthersAlone) {
   for (const bool planar : {true, false}) {

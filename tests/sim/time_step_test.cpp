@@ -3,23 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/sim/scenes.h"
 
 namespace graintruth::sim {
 namespace {
-
-constexpr Material kButton{3.5e9, 0.30};
-constexpr double kButtonDensity = 1256.4;
-
-// Errata item 1: the printed steps are those of 1.28 without pi.
-TEST(RayleighTimeStep, ThesisDigitsWithoutPi) {
-  const double one_cm = rayleigh_time_step(0.01, kButtonDensity, kButton) / std::numbers::pi;
-  EXPECT_NEAR(one_cm, 1.044e-5, 5e-9);
-  const double small = rayleigh_time_step(0.00433, kButtonDensity, kButton) / std::numbers::pi;
-  EXPECT_NEAR(0.04 / small, 8850.0, 10.0);
-}
 
 TEST(HertzImpact, MatchesTheMicroRigByHand) {
   // Body on rigid wall at 0.1 m/s: k = 4/3 7.852e9 sqrt(0.022225) = 1.5608e9
