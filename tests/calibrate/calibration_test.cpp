@@ -165,8 +165,8 @@ TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
   const Problem problem = toy::problem({.parameters = {0.0, 0.6, 0.7}, .noise = 0.001}, 5, 11);
   const CalibrationResult result = calibrated(of_the_sum, problem, quick(1));
   ASSERT_EQ(result.trade_offs.size(), 1U);
-  EXPECT_NEAR(result.trade_offs[0].first_share, std::sqrt(0.5), 0.05);
-  EXPECT_NEAR(result.trade_offs[0].second_share, -std::sqrt(0.5), 0.05);
+  EXPECT_NEAR(result.trade_offs[0].first_share, std::sqrt(0.5), 0.1);
+  EXPECT_NEAR(result.trade_offs[0].second_share, -std::sqrt(0.5), 0.1);
   EXPECT_GT(result.trade_offs[0].half_length, 0.02);  // it is 0.6; the words say "at least"
   const bool is_said =
       std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {

@@ -52,7 +52,7 @@ TEST(SceneFile, AllBundledScenesAreRead) {
     EXPECT_FALSE(scene.walls.empty()) << entry.path();
     ++read;
   }
-  EXPECT_EQ(read, 7);
+  EXPECT_EQ(read, 9);
 }
 
 TEST(SceneFile, ConvertsToSiAtTheDoor) {
