@@ -168,13 +168,7 @@ TEST_F(CalibrationRun, LeavesWhatIsPromisedAndIsJudgedByIt) {
   EXPECT_EQ(json("validation/result.json")["parameters"]["restitution"]["status"], "fixed");
 }
 
-TEST_F(CalibrationRun, IsTheSameForAnyNumberOfThreads) {
-  ASSERT_EQ(run_program(calibrate("one", 1)).status, 0);
-  ASSERT_EQ(run_program(calibrate("two", 2)).status, 0);
-  EXPECT_EQ(timeless_result("one"), timeless_result("two"));
-}
-
-TEST_F(CalibrationRun, ContinuesAfterBeingKilledAtAnyMoment) {
+TEST_F(CalibrationRun, EndsTheSameAfterBeingKilledAtAnyMomentAndOnAnyNumberOfThreads) {
   // 1. How it ends when nobody disturbs it
   const ProgramOutcome whole = run_program(calibrate("whole"));
   ASSERT_EQ(whole.status, 0) << whole.err;
@@ -192,7 +186,7 @@ TEST_F(CalibrationRun, ContinuesAfterBeingKilledAtAnyMoment) {
   }
   EXPECT_GT(rows.size(), 0u);
   EXPECT_LT(rows.size(), journal("whole").size());
-  const ProgramOutcome last = run_program(calibrate("killed"));
+  const ProgramOutcome last = run_program(calibrate("killed", 1));
   ASSERT_EQ(last.status, 0) << last.err;
 
   // 3. The same end; every committed simulation was read back, none was run again
