@@ -87,6 +87,7 @@ void conclude(const CalibrateCommand& command,
   if (command.common.json) return;
   if (!session.experiment().note.empty()) fmt::print("{}\n", session.experiment().note);
   print_parameters(result);
+  for (const std::string& warning : result.warnings) fmt::print("Note: {}\n", warning);
 }
 
 // Films of particles that stay in the picture.

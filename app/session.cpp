@@ -88,6 +88,7 @@ std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
     std::span<const std::size_t> films,
     std::shared_ptr<const calibrate::BinComparison> comparison,
     calibrate::Journal& journal) const {
+  journal.belong_to(problem.parts);
   std::vector<calibrate::Scene> scenes;
   for (const std::size_t film : films) {
     const calibrate::BinStart& start = problem.starts[film];
@@ -99,6 +100,7 @@ std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble(const calibrate::Problem& problem,
                                                        calibrate::Journal& journal) const {
+  journal.belong_to(problem.parts);
   const calibrate::Simulator simulator =
       calibrate::make_dem_simulator(experiment_, problem.starts, {.stop = is_interrupted});
   return std::make_unique<calibrate::Ensemble>(

@@ -160,6 +160,8 @@ BinProblem make_bin_problem(const datasets::Experiment& experiment,
     start.impact_speed = std::sqrt(2.0 * start.rig.gravity * widest);
     start.hash = hash_of(start);
   }
+  for (std::size_t i = 0; i < films.size(); ++i)
+    problem.parts.emplace_back("film " + films[i].name, problem.starts[i].hash);
   std::vector<FilmedBin> calibrated;
   for (std::size_t i = 0; i < films.size(); ++i) {
     if (problem.starts[i].held_out) continue;

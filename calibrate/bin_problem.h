@@ -31,6 +31,7 @@ struct BinProblem {
   std::shared_ptr<const BinComparison> all;         // with every film, in the order of `starts`
   std::shared_ptr<const BinComparison> calibrated;  // with those that are not held out
   std::vector<std::size_t> calibrated_films;        // indices into `starts`
+  ProblemParts parts;                               // one a film
 };
 
 // Throws datasets::InputError for a bin of particles that are no plates: nothing else is measured

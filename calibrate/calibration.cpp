@@ -1,5 +1,7 @@
 #include "calibrate/calibration.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 
@@ -24,6 +26,18 @@ FrictionRow friction_row(const Problem& problem, const Evaluation& evaluation) {
           rms_position(simulated, measured),
           single.size() < 2 ? 0.0 : std::sqrt(squares / static_cast<double>(single.size() - 1)),
           agreement(replicates, simulated, Critical::student_t).percent};
+}
+
+// A model that agrees less with the replicates than they do with each other is not the answer.
+void warn_of_bad_fit(CalibrationResult& result) {
+  if (!(result.score.student.percent < result.context.student_leave_one_out)) return;
+  result.warnings.push_back(fmt::format(
+      "The parameters found agree in {:.0f} % only, less than a repeat of the experiment would "
+      "({:.0f} %): the search ended in a wrong valley (raise --budget or narrow the bounds), or "
+      "the "
+      "model lacks something.",
+      result.score.student.percent,
+      result.context.student_leave_one_out));
 }
 
 }  // namespace
@@ -63,6 +77,7 @@ CalibrationResult calibrate(const Problem& problem,
   result.score = std::move(winner_score);
   result.context = score_context(problem, options.confirmation_seeds);
   result.friction_rows = std::move(rows);
+  warn_of_bad_fit(result);
   return result;
 }
 

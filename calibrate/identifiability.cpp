@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -22,10 +22,9 @@ TradeOff trade_off_of(const std::vector<ParameterSet>& region,
   }
   points.rowwise() -= points.colwise().mean().eval();
   const Eigen::Matrix2d moments = points.transpose() * points;
-  // The long axis of the region: the eigenvector of the larger eigenvalue
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(moments);
-  Eigen::Vector2d axis = axes.eigenvectors().col(1);
-  if (axis.x() < 0.0) axis = -axis;
+  // The long axis of the region lies at half the angle of (m_xx - m_yy, 2 m_xy): |angle| <= pi/2
+  const double angle = 0.5 * std::atan2(2.0 * moments(0, 1), moments(0, 0) - moments(1, 1));
+  const Eigen::Vector2d axis(std::cos(angle), std::sin(angle));
   Eigen::VectorXd along = points * axis;
   std::sort(along.begin(), along.end());
   const Eigen::Index tail = along.size() / 40;  // 2.5 % at either end
@@ -41,9 +40,9 @@ TradeOff trade_off_of(const std::vector<ParameterSet>& region,
 // The bench test that fixes one of the two.
 std::string_view separating_test(const TradeOff& trade_off) {
   if (trade_off.second == "restitution")
-    return "a drop test of the particle on the wall's material, entered as prior of restitution,";
-  return "a sliding test of the particle on the wall's material, entered as prior of "
-         "friction_particle_wall,";
+    return "a drop test of the particle, with restitution held at what it gives,";
+  return "a sliding test of the particle on the wall, with friction_particle_wall held at what it "
+         "gives,";
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "calibrate/journal.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sqlite3.h>
 
 #include <algorithm>
@@ -25,6 +26,9 @@ constexpr const char* schema =
     " particles INTEGER NOT NULL, times BLOB NOT NULL, poses BLOB NOT NULL, bin BLOB,"
     " UNIQUE (problem, friction_particle_particle, friction_particle_wall, restitution,"
     "         time_step_fraction, seed));";
+
+constexpr const char* parts_schema =
+    "CREATE TABLE IF NOT EXISTS problem_part (name TEXT PRIMARY KEY, hash TEXT NOT NULL);";
 
 constexpr const char* columns =
     "id, problem, stage, friction_particle_particle, friction_particle_wall, restitution,"
@@ -209,6 +213,7 @@ std::string_view name_of(RunStatus status) {
 struct Journal::Database {
   sqlite3* handle = nullptr;
   std::mutex mutex;
+  std::filesystem::path file;
   ~Database() { sqlite3_close(handle); }
 };
 
@@ -218,6 +223,7 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
                                            file.string(),
                                            sqlite3_errmsg(database_->handle)));
   }
+  database_->file = file;
   sqlite3_busy_timeout(database_->handle, 10000);
   // A network file system may refuse WAL; the rollback journal is as safe, only slower.
   if (Statement wal(database_->handle, "PRAGMA journal_mode=WAL;");
@@ -226,6 +232,7 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
   }
   Statement(database_->handle, "PRAGMA synchronous=FULL;").step();
   Statement(database_->handle, schema).step();
+  Statement(database_->handle, parts_schema).step();
   // Journals of before bins were simulated lack their column.
   Statement has_bin(database_->handle,
                     "SELECT 1 FROM pragma_table_info('simulation') WHERE name = 'bin';");
@@ -234,6 +241,29 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
 }
 
 Journal::~Journal() = default;
+
+void Journal::belong_to(const ProblemParts& parts) {
+  const std::lock_guard lock(database_->mutex);
+  std::vector<std::string> changed;
+  for (const auto& [name, hash] : parts) {
+    Statement known(database_->handle, "SELECT hash FROM problem_part WHERE name = ?;");
+    known.bind(1, name);
+    if (known.step() && known.text(0) != hash) changed.push_back(name);
+  }
+  if (!changed.empty()) {
+    throw datasets::InputError(
+        fmt::format("{}: the simulations in it were made for another problem ({} changed since); "
+                    "choose another folder with --out, or remove the file.",
+                    database_->file.string(),
+                    fmt::join(changed, ", ")));
+  }
+  for (const auto& [name, hash] : parts) {
+    Statement insert(database_->handle, "INSERT OR IGNORE INTO problem_part VALUES (?,?);");
+    insert.bind(1, name);
+    insert.bind(2, hash);
+    insert.step();
+  }
+}
 
 std::optional<SimulatedRun> Journal::find(const std::string& problem,
                                           const SimulationRequest& request) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calibrate/simulator.h"
@@ -27,6 +28,10 @@ struct JournalRow {
   double agreement_percent = 0.0;  // NaN where particles run out of a bin
 };
 
+// What a problem is made of, part by part: the part's name as a person would say it, and a hash of
+// its contents.
+using ProblemParts = std::vector<std::pair<std::string, std::string>>;
+
 // SQLite behind one door (WAL, synchronous FULL: a committed row survives a power cut). Any thread
 // may call it; calls are served one at a time.
 class Journal {
@@ -37,6 +42,9 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
+  // Ties the file to a problem. Throws datasets::InputError that names what has changed when the
+  // file was made for one of which a part of the same name was another.
+  void belong_to(const ProblemParts& parts);
   // The run of this very problem and request, bit for bit as it was.
   std::optional<SimulatedRun> find(const std::string& problem, const SimulationRequest& request);
   // Commits a row; returns when it is on disk. Throws datasets::InputError when the disk refuses.

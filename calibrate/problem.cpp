@@ -36,39 +36,69 @@ datasets::Trajectories resting_poses(const datasets::Trajectories& track) {
 
 void append(std::string& text, double value) { text += datasets::number_text(value) + ";"; }
 
-std::string hash_of(const Problem& problem) {
-  std::string text = numbers_version;
-  const datasets::Experiment& experiment = problem.experiment;
-  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+std::string text_of(const datasets::Particle& particle) {
+  std::string text;
+  for (const datasets::AxialSphere& sphere : particle.spheres) {
     append(text, sphere.offset);
     append(text, sphere.radius);
   }
-  append(text, experiment.particle.mass);
-  append(text, experiment.material.elastic_modulus);
-  append(text, experiment.material.poisson_ratio);
-  for (const datasets::Wall& wall : experiment.rig.walls) {
+  append(text, particle.mass);
+  return text;
+}
+
+std::string text_of(const datasets::Rig& rig) {
+  std::string text;
+  for (const datasets::Wall& wall : rig.walls) {
     for (const double value : {wall.from_x, wall.from_z, wall.to_x, wall.to_z}) append(text, value);
   }
-  if (const auto& piston = experiment.rig.piston) {
+  if (const auto& piston = rig.piston) {
     for (const double value : {piston->face_z, piston->left_x, piston->right_x, piston->velocity_z})
       append(text, value);
   }
-  append(text, experiment.rig.gravity);
-  for (const datasets::Pose& pose : problem.starts.mean) {
+  append(text, rig.gravity);
+  return text;
+}
+
+std::string text_of(const StartPoses& starts) {
+  std::string text;
+  for (const datasets::Pose& pose : starts.mean) {
     for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
   }
   for (const Quantity quantity : quantities)
-    append(text, value_of(problem.starts.standard_deviation, quantity));
-  for (const datasets::Trajectories& replicate : problem.comparison->replicates()) {
+    append(text, value_of(starts.standard_deviation, quantity));
+  return text;
+}
+
+std::string text_of(const TrackComparison& comparison) {
+  std::string text;
+  for (const datasets::Trajectories& replicate : comparison.replicates()) {
     for (const double time : replicate.time) append(text, time);
     for (const datasets::Pose& pose : replicate.poses) {
       for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
     }
   }
-  for (const auto& widths : problem.comparison->target().widths.half_width) {
+  for (const auto& widths : comparison.target().widths.half_width) {
     for (const double width : widths) append(text, width);
   }
-  return datasets::content_hash(text);
+  return text;
+}
+
+void add_hashes(Problem& problem) {
+  std::string elasticity;
+  append(elasticity, problem.experiment.material.elastic_modulus);
+  append(elasticity, problem.experiment.material.poisson_ratio);
+  std::string all;
+  for (const auto& [name, text] :
+       {std::pair("the program's numbers", std::string(numbers_version)),
+        std::pair("particle", text_of(problem.experiment.particle)),
+        std::pair("material", elasticity),
+        std::pair("rig", text_of(problem.experiment.rig)),
+        std::pair("starting poses", text_of(problem.starts)),
+        std::pair("tracks or times of measurement", text_of(*problem.comparison))}) {
+    problem.parts.emplace_back(name, datasets::content_hash(text));
+    all += text;
+  }
+  problem.hash = datasets::content_hash(all);
 }
 
 void check_fit(const datasets::Experiment& experiment,
@@ -163,7 +193,7 @@ Problem make_problem(const datasets::Experiment& experiment,
                     experiment.file.string(),
                     particle + 1));
   }
-  problem.hash = hash_of(problem);
+  add_hashes(problem);
   return problem;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/journal.h"
 #include "calibrate/track_comparison.h"
 #include "datasets/experiment.h"
 
@@ -24,7 +25,8 @@ struct Problem {
   datasets::Experiment experiment;
   std::shared_ptr<const TrackComparison> comparison;  // of the replicates, at the measurement times
   StartPoses starts;
-  std::string hash;  // of everything that decides a simulation or its comparison
+  ProblemParts parts;  // everything that decides a simulation or its comparison
+  std::string hash;    // of all parts
 };
 
 // Throws datasets::InputError for an experiment whose tracks cannot be compared with simulations

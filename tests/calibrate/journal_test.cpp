@@ -48,6 +48,20 @@ TEST(Journal, DoesNotKnowAnotherProblemOrRequest) {
   EXPECT_FALSE(journal.find("p", other).has_value());
 }
 
+TEST(Journal, IsRefusedForAnotherProblemWithWhatHasChanged) {
+  const TemporaryFolder folder;
+  Journal(folder / "j.db").belong_to({{"particle", "a"}, {"rig", "b"}});
+  Journal journal(folder / "j.db");
+  journal.belong_to({{"rig", "b"}, {"particle", "a"}, {"a further film", "c"}});
+  try {
+    journal.belong_to({{"particle", "a"}, {"rig", "other"}});
+    FAIL() << "nothing was thrown";
+  } catch (const datasets::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("(rig changed since)"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Journal, KeepsTheStatusOfARunThatFailed) {
   const TemporaryFolder folder;
   Journal journal(folder / "j.db");
