@@ -34,8 +34,7 @@ void warn_of_bad_fit(CalibrationResult& result) {
   result.warnings.push_back(fmt::format(
       "The parameters found agree in {:.0f} % only, less than a repeat of the experiment would "
       "({:.0f} %): the search ended in a wrong valley (raise --budget or narrow the bounds), or "
-      "the "
-      "model lacks something.",
+      "the model lacks something.",
       result.score.student.percent,
       result.context.student_leave_one_out));
 }

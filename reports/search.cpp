@@ -182,7 +182,10 @@ Figure profile_figure(const datasets::Table& table) {
   double highest = lowest;
   for (std::size_t i = 0; i < names.size(); ++i) {
     profiles[names[i]].values.push_back(values[i]);
-    profiles[names[i]].excesses.push_back(allowed[i] > 0.0 ? excess[i] / allowed[i] : 0.0);
+    // Where nothing is allowed only the best itself has a place on this axis.
+    profiles[names[i]].excesses.push_back(excess[i] == 0.0   ? 0.0
+                                          : allowed[i] > 0.0 ? excess[i] / allowed[i]
+                                                             : std::nan(""));
     lowest = std::fmin(lowest, values[i]);
     highest = std::fmax(highest, values[i]);
   }
