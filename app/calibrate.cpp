@@ -24,6 +24,9 @@ calibrate::CalibrationOptions calibration_options(const CalibrateCommand& comman
   options.jobs = session.jobs();
   if (command.budget > 0) options.budget = command.budget;
   options.time_limit = command.time_limit;
+  options.notice = [&session](const std::string& sentence) {
+    session.progress().say("Note: " + sentence);
+  };
   options.progress = [&session, &watch](const calibrate::CalibrationProgress& progress) {
     watch.show(progress);
     const std::string best =

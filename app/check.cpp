@@ -196,13 +196,14 @@ struct Work {
 Work work_of(const Experiment& experiment, int budget) {
   const calibrate::CalibrationOptions options;
   const int places = 2 * options.search_seeds;
-  const int time_step = 3 * places;                       // at 1, 1/2 and 1/4 of the time step
-  const int choice = 2 * 2 * options.confirmation_seeds;  // two candidates
-  const int friction = 4 * options.confirmation_seeds;    // the thesis's frictions
+  const int time_step = 3 * places;                     // at 1, 1/2 and 1/4 of the time step
+  const int half_step = options.confirmation_seeds;     // of the winner; twice the cost
+  const int friction = 4 * options.confirmation_seeds;  // the thesis's frictions
   const bool searches = !experiment.tuned.empty();
-  const int rest = (searches ? budget * options.search_seeds + choice : 0) +
-                   options.confirmation_seeds + friction;
-  return {time_step + rest, places * (1.0 + 2.0 + 4.0) + rest};
+  const int rest =
+      (searches ? budget * options.search_seeds + calibrate::choice_simulations(options) : 0) +
+      options.confirmation_seeds + friction;
+  return {time_step + rest + half_step, places * (1.0 + 2.0 + 4.0) + rest + 2.0 * half_step};
 }
 
 std::string duration_text(double seconds) {

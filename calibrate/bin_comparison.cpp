@@ -197,27 +197,54 @@ BinComparison::Differences BinComparison::mean_difference(const std::vector<Diff
   return mean;
 }
 
+std::vector<BinComparison::Differences> BinComparison::mean_differences(
+    std::span<const SimulatedRun> runs) const {
+  const std::vector<Differences> of_runs = differences(runs);
+  std::vector<Differences> of_orifices;
+  for (const OrificeMean& orifice : orifices_)
+    of_orifices.push_back(
+        mean_difference(of_runs, orifice, runs.size() / films_.size(), runs.size()));
+  return of_orifices;
+}
+
+std::vector<double> BinComparison::residuals_of(const Differences& difference,
+                                                const OrificeMean& orifice) const {
+  const double share = std::sqrt(2.0 / static_cast<double>(orifice.films.size()));
+  std::vector<double> z = {difference.rate / (scatter_.relative_rate * share),
+                           difference.remaining / (scatter_.remaining * share)};
+  for (const double velocity : difference.velocity) {
+    z.push_back(scatter_.relative_velocity > 0.0 ? velocity / (scatter_.relative_velocity * share)
+                                                 : nan);
+  }
+  return z;
+}
+
 BinComparison::Shares BinComparison::shares_of(const std::vector<Differences>& of_orifices) const {
   Mean rate, remaining, velocity;
   for (std::size_t i = 0; i < orifices_.size(); ++i) {
-    const double share = std::sqrt(2.0 / static_cast<double>(orifices_[i].films.size()));
-    rate.add(pseudo_huber(of_orifices[i].rate / (scatter_.relative_rate * share)));
-    remaining.add(pseudo_huber(of_orifices[i].remaining / (scatter_.remaining * share)));
-    if (scatter_.relative_velocity == 0.0) continue;
-    for (const double difference : of_orifices[i].velocity)
-      velocity.add(pseudo_huber(difference / (scatter_.relative_velocity * share)));
+    const std::vector<double> z = residuals_of(of_orifices[i], orifices_[i]);
+    rate.add(pseudo_huber(z[0]));
+    remaining.add(pseudo_huber(z[1]));
+    for (std::size_t k = 2; k < z.size(); ++k) velocity.add(pseudo_huber(z[k]));
   }
   const double velocities = velocity.value();
   return {rate.value(), remaining.value(), std::isnan(velocities) ? 0.0 : velocities};
 }
 
 BinComparison::Shares BinComparison::shares(std::span<const SimulatedRun> runs) const {
-  const std::vector<Differences> of_runs = differences(runs);
-  std::vector<Differences> of_orifices;
-  for (const OrificeMean& orifice : orifices_)
-    of_orifices.push_back(
-        mean_difference(of_runs, orifice, runs.size() / films_.size(), runs.size()));
-  return shares_of(of_orifices);
+  return shares_of(mean_differences(runs));
+}
+
+std::vector<double> BinComparison::residuals(std::span<const SimulatedRun> runs) const {
+  const std::vector<Differences> of_orifices = mean_differences(runs);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < orifices_.size(); ++i) {
+    for (const double z : residuals_of(of_orifices[i], orifices_[i])) {
+      // Which are NaN depends on the films only.
+      if (!std::isnan(z)) all.push_back(z);
+    }
+  }
+  return all;
 }
 
 double BinComparison::objective(std::span<const SimulatedRun> runs) const {

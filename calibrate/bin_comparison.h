@@ -56,6 +56,7 @@ class BinComparison final : public Comparison {
   // and S the means over an orifice's films and their simulations, and u = s sqrt(2/n): both
   // scatter alike. A kind counts once, however many numbers it has.
   double objective(std::span<const SimulatedRun> runs) const override;
+  std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
   // Residuals of films against their simulations, about the mean of their orifice, are drawn anew
@@ -83,6 +84,9 @@ class BinComparison final : public Comparison {
                               const OrificeMean& orifice,
                               std::size_t seeds,
                               std::size_t left_out) const;
+  std::vector<Differences> mean_differences(std::span<const SimulatedRun> runs) const;
+  // z of one orifice: its rate, its remaining particles, its velocities (NaN where none was seen).
+  std::vector<double> residuals_of(const Differences& difference, const OrificeMean& orifice) const;
   Shares shares_of(const std::vector<Differences>& of_orifices) const;
 
   std::vector<FilmedBin> films_;

@@ -39,6 +39,18 @@ void warn_of_bad_fit(CalibrationResult& result) {
       result.context.student_leave_one_out));
 }
 
+void warn_of_step(CalibrationResult& result) {
+  constexpr double confidence_95 = 1.96;
+  const HalfStepCheck& check = result.half_step;
+  if (!(std::abs(check.objective_change) > confidence_95 * check.noise)) return;
+  result.warnings.push_back(
+      fmt::format("At the parameters found, half the time step changes the objective by {:.3g}, "
+                  "which the seeds' noise of {:.3g} does not explain: the result depends on the "
+                  "time step.",
+                  check.objective_change,
+                  check.noise));
+}
+
 }  // namespace
 
 CalibrationResult calibrate(const Problem& problem,
@@ -46,7 +58,7 @@ CalibrationResult calibrate(const Problem& problem,
                             const CalibrationOptions& options) {
   const auto frictions = static_cast<int>(thesis_frictions.size());
   Search search(
-      problem.experiment, ensemble, options, (1 + frictions) * options.confirmation_seeds);
+      problem.experiment, ensemble, options, (1 + 2 + frictions) * options.confirmation_seeds);
   search.run();
   const EvaluationPoint winner{search.parameters(), search.time_step_fraction()};
   const auto seeds = make_seeds(options.seed, "confirmation", options.confirmation_seeds);
@@ -56,6 +68,21 @@ CalibrationResult calibrate(const Problem& problem,
   search.timed("confirmation", [&] {
     winner_score = score(problem, ensemble, "confirmation", winner, seeds, search.reporter());
     search.count({&winner_score.evaluation, 1});
+  });
+  // The same at half the time step
+  HalfStepCheck half_step;
+  search.timed("half the time step", [&] {
+    const Score half = score(problem,
+                             ensemble,
+                             "half_step",
+                             {winner.parameters, 0.5 * winner.time_step_fraction},
+                             seeds,
+                             search.reporter(2.0));
+    search.count({&half.evaluation, 1});
+    half_step = {winner_score.evaluation.objective - half.evaluation.objective,
+                 std::hypot(problem.comparison->noise(winner_score.evaluation.runs),
+                            problem.comparison->noise(half.evaluation.runs)),
+                 winner_score.student.percent - half.student.percent};
   });
   // The thesis's four frictions, all else at the winner's, for its figure 4.4
   std::vector<FrictionRow> rows;
@@ -76,7 +103,10 @@ CalibrationResult calibrate(const Problem& problem,
   result.score = std::move(winner_score);
   result.context = score_context(problem, options.confirmation_seeds);
   result.friction_rows = std::move(rows);
+  result.half_step = half_step;
+  result.influence = influence_of_each(*problem.comparison, result.evaluations);
   warn_of_bad_fit(result);
+  warn_of_step(result);
   return result;
 }
 

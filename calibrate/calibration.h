@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "calibrate/influence.h"
 #include "calibrate/score.h"
 #include "calibrate/search.h"
 
@@ -17,8 +18,17 @@ struct FrictionRow {
   double agreement_percent = 0.0;  // Student
 };
 
+// The winner once more at half the time step, with the seeds of its score.
+struct HalfStepCheck {
+  double objective_change = 0.0;  // at the chosen step minus at its half
+  double noise = 0.0;             // standard error of that if both had seeds of their own
+  double agreement_change = 0.0;  // percentage points, Student
+};
+
 struct CalibrationResult : SearchResult {
   Score score;
+  HalfStepCheck half_step;
+  std::vector<InfluenceRow> influence;
   ScoreContext context;
   std::vector<FrictionRow> friction_rows;
 };

@@ -75,11 +75,11 @@ HalfWidths smooth_half_widths(const Band& replicates,
   return widths;
 }
 
-double objective(const datasets::Trajectories& replicate_mean,
-                 const HalfWidths& widths,
-                 const datasets::Trajectories& simulated_mean) {
-  double sum = 0.0;
-  std::size_t count = 0;
+std::vector<double> residuals(const datasets::Trajectories& replicate_mean,
+                              const HalfWidths& widths,
+                              const datasets::Trajectories& simulated_mean) {
+  std::vector<double> all;
+  all.reserve(replicate_mean.poses.size() * quantities.size());
   for (std::size_t i = 0; i < replicate_mean.poses.size(); ++i) {
     const std::size_t first = i % static_cast<std::size_t>(replicate_mean.particles);
     for (const Quantity quantity : quantities) {
@@ -89,12 +89,19 @@ double objective(const datasets::Trajectories& replicate_mean,
       double simulated = value_of(simulated_mean.poses[i], quantity);
       if (!std::isfinite(simulated)) simulated = value_of(replicate_mean.poses[first], quantity);
       const double z = difference(quantity, simulated, measured) / half_width;
-      if (!std::isfinite(z)) continue;
-      sum += pseudo_huber(z);
-      ++count;
+      if (std::isfinite(z)) all.push_back(z);
     }
   }
-  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+  return all;
+}
+
+double objective(const datasets::Trajectories& replicate_mean,
+                 const HalfWidths& widths,
+                 const datasets::Trajectories& simulated_mean) {
+  const std::vector<double> all = residuals(replicate_mean, widths, simulated_mean);
+  double sum = 0.0;
+  for (const double z : all) sum += pseudo_huber(z);
+  return all.empty() ? 0.0 : sum / static_cast<double>(all.size());
 }
 
 double objective_of_rest(const datasets::Trajectories& replicate_mean, const HalfWidths& widths) {

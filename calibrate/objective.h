@@ -32,6 +32,12 @@ double pseudo_huber(double z);
 HalfWidths smooth_half_widths(const Band& replicates,
                               std::span<const datasets::Trajectories> tracks);
 
+// z of the text above, frame after frame, for every value that can be compared; never NaN. How many
+// there are depends on the replicates only.
+std::vector<double> residuals(const datasets::Trajectories& replicate_mean,
+                              const HalfWidths& widths,
+                              const datasets::Trajectories& simulated_mean);
+
 // J of the text above; never NaN. Where the simulation has no value the distance counts as that of
 // a particle that stayed at its measured first place.
 double objective(const datasets::Trajectories& replicate_mean,

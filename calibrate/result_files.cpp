@@ -171,6 +171,22 @@ void write_friction_rows(const datasets::RunFolder& folder, const CalibrationRes
   datasets::write_csv(folder.table("rms_friction"), table);
 }
 
+void write_influence(const datasets::RunFolder& folder, const CalibrationResult& result) {
+  Table table({"left_out",
+               "friction_particle_particle",
+               "friction_particle_wall",
+               "restitution",
+               "objective"});
+  for (const InfluenceRow& row : result.influence) {
+    table.add({row.left_out,
+               number_text(row.best.friction_particle_particle),
+               number_text(row.best.friction_particle_wall),
+               number_text(row.best.restitution),
+               number_text(row.objective)});
+  }
+  datasets::write_csv(folder.table("influence"), table);
+}
+
 void write_comparison(const datasets::RunFolder& folder,
                       const Problem& problem,
                       const Score& score) {
@@ -199,10 +215,14 @@ void write_calibration(const datasets::RunFolder& folder,
   write_evaluations(folder.table("evaluations"), result.evaluations, agreement_of(problem));
   write_friction_rows(folder, result);
   write_profiles(folder, result);
+  write_influence(folder, result);
 
   Json json = head_json(problem.experiment, "calibration");
   add_search(result, options, json);
   json["objective"]["best"] = result.score.evaluation.objective;
+  json["time_step"]["at_half"] = {{"objective_change", result.half_step.objective_change},
+                                  {"noise", result.half_step.noise},
+                                  {"agreement_change_points", result.half_step.agreement_change}};
   json["agreement"] = agreement_json(problem, result.score, result.context);
   json["rms_position_m"] = result.score.rms_position;
   json["wall_time_s"] = wall_time;

@@ -27,6 +27,7 @@ Json parameter_json(const CalibratedParameter& parameter) {
     json["bound_upper"] = parameter.upper_bound;
     json["objective_range"] = parameter.effect;
     json["objective_range_of_noise"] = parameter.effect_noise;
+    json["sobol_total"] = parameter.sobol_total;
   }
   return json;
 }
@@ -47,6 +48,7 @@ Json time_step_json(const TimeStepChoice& choice) {
           {"seconds", choice.time_step},
           {"discretisation_error", choice.discretisation_error},
           {"converged", choice.converged},
+          {"rule", choice.joint ? "joint" : "gate"},
           {"study", study}};
 }
 
@@ -97,6 +99,7 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
                                    {"lower", one.credible.lower},
                                    {"upper", one.credible.upper}};
   }
+  json["out_of_reach_share"] = result.out_of_reach;
   json["trade_offs"] = Json::array();
   for (const TradeOff& trade_off : result.trade_offs) {
     json["trade_offs"].push_back({{"first", trade_off.first},

@@ -3,35 +3,34 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "calibrate/optimiser.h"
+#include "calibrate/proposals.h"
+#include "calibrate/reach.h"
+#include "calibrate/sensitivity.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-constexpr double design_share = 0.3;    // of the budget goes to the low-discrepancy design
-constexpr double profile_share = 0.25;  // of the budget is kept for the ends of the intervals
+// Shares of the budget; the finer local search has the rest.
+constexpr double design_share = 0.25;
+constexpr double descent_share = 0.17;   // a coarse local search from the design's best
+constexpr double proposal_share = 0.13;  // the surrogate's
+constexpr double profile_share = 0.4;    // effects and ends of the intervals: no more than this
+constexpr int least_design = 8;          // evaluations
+constexpr int proposed_at_once = 4;
+constexpr std::size_t proposal_centres = 3;
+constexpr double centre_distance = 0.02;  // of a range; nearer places are one centre
+constexpr double descent_step = 0.1;      // of each range; first step of the coarse local search
+constexpr double polish_step = 0.03;      // the same of the finer one
+constexpr double last_step = 0.015;       // the same of the one after the intervals
+constexpr int stall_evaluations = 12;     // without gain end a local search
 constexpr int gate_places = 2;
 constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
-constexpr int choice_seeds_per_confirmation =
-    2;  // the choice between two candidates takes more seeds than the score
-constexpr double polish_step = 0.1;  // of each range; first step of the local searches
-constexpr double last_step = 0.03;   // the same of the last one
-constexpr std::array<double, 2> basin_shares = {
-    0.4, 0.25};  // of the local searches' budget; the rest is the last one's
-constexpr std::size_t effect_bases = 3;  // places from which a parameter's effect is looked for
-constexpr int stall_evaluations = 12;    // without gain end a local search
-constexpr double basin_distance = 0.25;  // of a range; closer starts would find the same minimum
-constexpr std::array<double, 2> effect_levels = {
-    0.0, 1.0};  // ends of the range, beside the best point itself
-
-struct Change {
-  double size;   // of the objective
-  double noise;  // what other replicates and seeds could explain of it
-};
+constexpr std::size_t choice_candidates = 4;   // of the evaluations
+constexpr std::size_t other_candidates = 2;  // of the surrogate: its minimum, its posterior's mean
 
 double largest_allowed_excess(std::span<const Profile> profiles) {
   double largest = 0.0;
@@ -60,6 +59,27 @@ PosteriorMarginal marginal(const ParameterSpace& space,
   return one;
 }
 
+std::string words_on_unidentified(const CalibratedParameter& parameter) {
+  return fmt::format(
+      "{} is not identified: over its full range the objective moves by {:.3g}, and other "
+      "replicates and seeds alone could move it by {:.3g}; it is held at {} {:.3g}.",
+      parameter.name,
+      parameter.effect,
+      parameter.effect_noise,
+      std::abs(parameter.value - parameter.bench) < 1.0e-9 ? "its bench value"
+                                                           : "the value that fits best,",
+      parameter.value);
+}
+
+UnitPoint mean_of(const std::vector<UnitPoint>& points) {
+  UnitPoint mean(points.front().size(), 0.0);
+  for (const UnitPoint& point : points) {
+    for (std::size_t d = 0; d < mean.size(); ++d)
+      mean[d] += point[d] / static_cast<double>(points.size());
+  }
+  return mean;
+}
+
 // Largest difference of any coordinate.
 double distance_between(const UnitPoint& a, const UnitPoint& b) {
   double distance = 0.0;
@@ -83,6 +103,13 @@ std::string_view name_of(ParameterStatus status) {
   return "";
 }
 
+int choice_simulations(const CalibrationOptions& options) {
+  // Candidates with half of the seeds, the better two with the rest; two more with all of them
+  // where something is held at its bench value
+  constexpr int halves = static_cast<int>(choice_candidates + other_candidates) + 2 + 2 * 2;
+  return halves * options.confirmation_seeds;
+}
+
 Search::Search(const datasets::Experiment& experiment,
                Ensemble& ensemble,
                const CalibrationOptions& options,
@@ -92,15 +119,38 @@ Search::Search(const datasets::Experiment& experiment,
       options_(options),
       later_simulations_(later_simulations),
       search_seeds_(make_seeds(options.seed, "search", options.search_seeds)),
-      space_(experiment.tuned, bench_parameters(experiment)) {}
+      space_(experiment.tuned, bench_parameters(experiment)) {
+  const ParameterSet bench = bench_parameters(experiment);
+  for (const std::string_view name : parameter_names) {
+    CalibratedParameter parameter{
+        .name = std::string(name), .value = value_of(bench, name), .bench = value_of(bench, name)};
+    for (const datasets::TunedParameter& tuned : experiment.tuned) {
+      if (tuned.name != name) continue;
+      parameter.lower_bound = tuned.lower;
+      parameter.upper_bound = tuned.upper;
+    }
+    result_.calibrated.push_back(std::move(parameter));
+  }
+}
 
 void Search::run() {
   timed("time step", [&] { choose_step(); });
   timed("design", [&] { explore(); });
+  timed("descent", [&] {
+    polish(descent_step, options_.budget - share_of_budget(design_share + descent_share));
+  });
+  timed("proposals", [&] { follow_surrogate(); });
+  timed("polish", [&] {
+    if (experiment_.time_step_rule == datasets::TimeStepRule::joint) {
+      polish_with_time_step();
+    } else {
+      polish(polish_step, kept_for_intervals());
+    }
+  });
   timed("effects", [&] { find_effects(); });
-  timed("polish", [&] { polish(); });
-  timed("effects at the minimum", [&] { look_again(); });
   timed("uncertainty", [&] { find_uncertainty(); });
+  timed("last polish", [&] { polish(last_step, 0); });
+  timed("posterior", [&] { learn_landscape(); });
   timed("choice", [&] { choose(); });
 }
 
@@ -115,8 +165,7 @@ void Search::timed(const char* name, const std::function<void()>& stage) {
 // Expected cost in simulations at the largest time step: the gate's smaller steps weigh more.
 double Search::expected_cost() const {
   const double runs = static_cast<double>(ensemble_.scenes()) * options_.search_seeds;
-  const double choice = static_cast<double>(ensemble_.scenes()) * 2 *
-                        choice_seeds_per_confirmation * options_.confirmation_seeds;
+  const double choice = static_cast<double>(ensemble_.scenes()) * choice_simulations(options_);
   return (gate_places * gate_cost + options_.budget) * runs + choice + later_simulations_;
 }
 
@@ -165,6 +214,11 @@ std::string Search::first_complaint(std::span<const Evaluation> evaluations) {
 std::vector<Evaluation> Search::search(const char* stage, const std::vector<ParameterSet>& places) {
   std::vector<EvaluationPoint> points;
   for (const ParameterSet& place : places) points.push_back({place, result_.time_step.fraction});
+  return search(stage, points);
+}
+
+std::vector<Evaluation> Search::search(const char* stage,
+                                       const std::vector<EvaluationPoint>& points) {
   std::vector<Evaluation> evaluations =
       ensemble_.evaluate(stage, points, search_seeds_, reporter());
   count(evaluations);
@@ -174,21 +228,19 @@ std::vector<Evaluation> Search::search(const char* stage, const std::vector<Para
 
 const Evaluation& Search::best() const { return best_of(result_.evaluations); }
 
+int Search::share_of_budget(double share) const {
+  return static_cast<int>(std::lround(share * options_.budget));
+}
+
+int Search::kept_for_intervals() const {
+  const int wanted = (1 + ProfileOptions{}.rounds) * 2 * static_cast<int>(space_.dimension());
+  return std::min(wanted, share_of_budget(profile_share));
+}
+
 int Search::budget_left() const {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
   if (options_.time_limit > 0.0 && taken.count() > options_.time_limit) return 0;
   return options_.budget - static_cast<int>(result_.evaluations.size());
-}
-
-// What the local searches may spend: the profiles, and a second look at what was held, are kept
-// free.
-int Search::polish_budget() const {
-  int kept = static_cast<int>(std::lround(profile_share * options_.budget));
-  for (const CalibratedParameter& parameter : result_.calibrated) {
-    if (parameter.status == ParameterStatus::not_identified)
-      kept += static_cast<int>(effect_levels.size() * effect_bases);
-  }
-  return budget_left() - kept;
 }
 
 // 1. The time step, at the centre of the box and half way from there to its lower corner, where
@@ -218,76 +270,50 @@ void Search::choose_step() {
 //    alone would end where it began.
 void Search::explore() {
   if (space_.dimension() == 0) return;
-  const int points = std::max(8, static_cast<int>(std::lround(design_share * options_.budget)));
+  const int points = std::max(least_design, share_of_budget(design_share));
   std::vector<ParameterSet> places;
   for (const UnitPoint& point : low_discrepancy_points(points, space_.dimension(), options_.seed)) {
     places.push_back(space_.from_unit(point));
   }
   search("design", places);
+  check_reach();
 }
 
-// 3. What each parameter does on its own, from the best point so far: its range of the objective
-// against the range that
-//    replicates and seeds alone would give. What shows no effect is held at its bench value.
-void Search::find_effects() {
-  const ParameterSet bench = bench_parameters(experiment_);
-  for (const std::string_view name : parameter_names) {
-    result_.calibrated.push_back({.name = std::string(name),
-                                  .value = value_of(bench, name),
-                                  .bench = value_of(bench, name)});
-  }
+// Prior and data in conflict: no parameters between the bounds give
+// what was measured.
+void Search::check_reach() {
+  constexpr double worth_a_word = 0.1;
+  result_.out_of_reach = share_out_of_reach(ensemble_.comparison(), result_.evaluations);
+  if (!(result_.out_of_reach > worth_a_word)) return;
+  result_.warnings.push_back(fmt::format(
+      "{:.0f} % of what was measured lies beyond everything that the model gave anywhere between "
+      "the bounds: the rig, the particle or the bounds differ from the experiment's.",
+      100.0 * result_.out_of_reach));
+  if (options_.notice) options_.notice(result_.warnings.back());
+}
+
+// 4. What a surrogate of all evaluations so far proposes, batch after batch: between neighbouring
+// valleys, of which only one is right, it goes where most may be gained.
+void Search::follow_surrogate() {
   if (space_.dimension() == 0) return;
-
-  for (const datasets::TunedParameter& tuned : experiment_.tuned) {
-    CalibratedParameter& parameter = calibrated(tuned.name);
-    parameter.lower_bound = tuned.lower;
-    parameter.upper_bound = tuned.upper;
-    if (has_effect(parameter)) {
-      parameter.status = ParameterStatus::tuned;
-    } else {
-      hold(parameter);
-    }
-  }
-}
-
-// The change of the objective at each end of the range, seen from a few places that are as good
-// as the best; of those the median, because near a cliff (particles jam) any parameter seems to
-// matter when it moves the cliff a little.
-bool Search::has_effect(CalibratedParameter& parameter) {
-  const std::vector<Evaluation> bases = compatible_evaluations(effect_bases);
-  parameter.effect = 0.0;
-  parameter.effect_noise = 0.0;
-  bool shows = false;
-  for (const double level : effect_levels) {
+  const int last = static_cast<int>(result_.evaluations.size()) + share_of_budget(proposal_share);
+  for (std::uint64_t round = 0; static_cast<int>(result_.evaluations.size()) < last; ++round) {
+    const int count = std::min({proposed_at_once,
+                                last - static_cast<int>(result_.evaluations.size()),
+                                budget_left() - kept_for_intervals()});
+    if (count < 1) return;
+    const Surrogate surrogate = fit_surrogate(ensemble_.comparison(), result_.evaluations, space_);
     std::vector<ParameterSet> places;
-    for (const Evaluation& base : bases) {
-      places.push_back(base.parameters);
-      value_of(places.back(), parameter.name) =
-          parameter.lower_bound + level * (parameter.upper_bound - parameter.lower_bound);
-    }
-    const std::vector<Evaluation> tried = search("effects", places);
-    // What each end changes, and what other replicates and seeds could make of that
-    std::vector<Change> changes;
-    for (std::size_t i = 0; i < bases.size(); ++i) {
-      changes.push_back(
-          {std::abs(tried[i].objective - bases[i].objective),
-           ensemble_.comparison().significance() *
-               difference_deviation(ensemble_.comparison(), bases[i], tried[i], bootstrap())});
-    }
-    std::sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) {
-      return a.size < b.size;
-    });
-    const Change& typical = changes[changes.size() / 2];
-    shows = shows || typical.size > typical.noise;
-    if (typical.size < parameter.effect) continue;
-    parameter.effect = typical.size;
-    parameter.effect_noise = typical.noise;
+    for (const UnitPoint& place : propose(surrogate,
+                                          lowest_places(proposal_centres, centre_distance),
+                                          count,
+                                          options_.seed + round))
+      places.push_back(space_.from_unit(place));
+    search("proposals", places);
   }
-  return shows;
 }
 
 std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const {
-  const ParameterSpace box(experiment_.tuned, bench_parameters(experiment_));
   const std::vector<Evaluation> candidates =
       compatible_with(ensemble_.comparison(), best(), result_.evaluations, 0.0, bootstrap());
   std::vector<Evaluation> chosen = {best()};
@@ -297,9 +323,9 @@ std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const 
     for (const Evaluation& candidate : candidates) {
       double nearest = 1.0;
       for (const Evaluation& other : chosen) {
-        nearest = std::min(
-            nearest,
-            distance_between(box.to_unit(candidate.parameters), box.to_unit(other.parameters)));
+        nearest = std::min(nearest,
+                           distance_between(space_.to_unit(candidate.parameters),
+                                            space_.to_unit(other.parameters)));
       }
       if (nearest <= distance) continue;
       distance = nearest;
@@ -315,11 +341,6 @@ BootstrapOptions Search::bootstrap() const {
   return {.seed = options_.seed, .jobs = options_.jobs};
 }
 
-void Search::hold(CalibratedParameter& parameter) {
-  parameter.status = ParameterStatus::not_identified;
-  space_ = space_.with_fixed(parameter.name, parameter.bench);
-}
-
 CalibratedParameter& Search::calibrated(std::string_view name) {
   for (CalibratedParameter& parameter : result_.calibrated) {
     if (parameter.name == name) return parameter;
@@ -327,22 +348,20 @@ CalibratedParameter& Search::calibrated(std::string_view name) {
   throw std::logic_error("no such parameter");
 }
 
-// 4. Local searches: from the best points of two basins, then once more, with a smaller step,
-// from the best of all.
-void Search::polish() {
-  result_.stop_reason = "nothing to tune";
-  if (space_.dimension() == 0) return;
-  result_.stop_reason = "the budget left nothing for a local search";
-  const std::vector<UnitPoint> starts = distinct_starts();
-  const int budget = polish_budget();
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    search_locally(starts[i], polish_step, static_cast<int>(basin_shares[i] * budget));
+// 3 and 5. A local search from the best place, coarse before the surrogate's proposals and finer
+// after them: a surrogate blurs what is finer than the spacing of its points. `kept` evaluations
+// are left to others; what the intervals do not need goes into a last one.
+void Search::polish(double step, int kept) {
+  if (space_.dimension() == 0) {
+    result_.stop_reason = "nothing to tune";
+    return;
   }
-  search_locally(space_.to_unit(best().parameters), last_step, polish_budget());
-}
-
-void Search::search_locally(const UnitPoint& start, double step, int budget) {
-  if (budget < 1) return;
+  const int budget = budget_left() - kept;
+  if (budget < 1) {
+    if (result_.stop_reason.empty())
+      result_.stop_reason = "the budget left nothing for a local search";
+    return;
+  }
   const OptimiserOptions options{
       .max_evaluations = budget,
       .initial_step = step,
@@ -351,101 +370,200 @@ void Search::search_locally(const UnitPoint& start, double step, int budget) {
   const auto objective = [&](const UnitPoint& point) {
     return search("polish", {space_.from_unit(point)}).front().objective;
   };
+  result_.stop_reason = minimise(objective, space_.to_unit(best().parameters), options).stop_reason;
+}
+
+// The same with the time step as one more axis, logarithmic from the smallest that the gate tried
+// to the largest that is stable. What a step may add to the objective is added to it, so that a
+// coarse step cannot win by its error alone; that of the winner is kept from here on.
+void Search::polish_with_time_step() {
+  constexpr double step = 0.1;  // of each range; first one
+  const int budget = budget_left() - kept_for_intervals();
+  if (space_.dimension() == 0 || budget < 1) return;
+  double smallest = result_.time_step.fraction;
+  for (const TimeStepRow& row : result_.time_step.rows) smallest = std::min(smallest, row.fraction);
+  const double span = std::log(options_.largest_time_step_fraction / smallest);
+  const OptimiserOptions options{
+      .max_evaluations = budget,
+      .initial_step = step,
+      .objective_tolerance = 0.5 * ensemble_.comparison().noise(best().runs),
+      .stall_evaluations = stall_evaluations};
+  EvaluationPoint winner{best().parameters, result_.time_step.fraction};
+  double lowest = std::numeric_limits<double>::infinity();
+  double seconds = result_.time_step.time_step;
+  const auto objective = [&](const UnitPoint& point) {
+    const double fraction = smallest * std::exp(span * point.back());
+    const EvaluationPoint at{space_.from_unit({point.begin(), point.end() - 1}), fraction};
+    const Evaluation evaluation = search("polish", std::vector<EvaluationPoint>{at}).front();
+    const double penalised =
+        evaluation.objective + discretisation_error_at(result_.time_step, fraction);
+    if (penalised < lowest) {
+      lowest = penalised;
+      winner = at;
+      seconds = evaluation.runs.front().time_step;
+    }
+    return penalised;
+  };
+  UnitPoint start = space_.to_unit(best().parameters);
+  start.push_back(span > 0.0 ? std::log(result_.time_step.fraction / smallest) / span : 0.0);
   result_.stop_reason = minimise(objective, start, options).stop_reason;
+  result_.time_step.joint = true;
+  result_.time_step.fraction = winner.time_step_fraction;
+  result_.time_step.time_step = seconds;
+  result_.time_step.discretisation_error =
+      discretisation_error_at(result_.time_step, winner.time_step_fraction);
+  result_.warnings.push_back(
+      "The time step was searched together with the parameters, as time_step = \"joint\" asks: a "
+      "coarse step acts like damping, so that either may make up for the other; do not carry these "
+      "parameters to another time step.");
 }
 
-// 5. Far from the minimum a small effect drowns in the noise of a large objective: what was held
-// is tried once more where
-//    the search ended, and joins it if it shows there.
-void Search::look_again() {
-  const std::size_t dimension = space_.dimension();
-  for (CalibratedParameter& parameter : result_.calibrated) {
-    if (parameter.status != ParameterStatus::not_identified) continue;
-    if (has_effect(parameter)) parameter.status = ParameterStatus::tuned;
-  }
-  space_ = ParameterSpace(experiment_.tuned, bench_parameters(experiment_));
-  for (CalibratedParameter& parameter : result_.calibrated) {
-    if (parameter.status == ParameterStatus::not_identified) hold(parameter);
-  }
-  if (space_.dimension() > dimension) polish();
-}
-
-std::vector<UnitPoint> Search::distinct_starts() const {
+std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance) const {
   std::vector<const Evaluation*> ranked;
   for (const Evaluation& evaluation : result_.evaluations) ranked.push_back(&evaluation);
   std::stable_sort(
       ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
-  std::vector<UnitPoint> starts;
+  std::vector<UnitPoint> places;
   for (const Evaluation* evaluation : ranked) {
     UnitPoint point = space_.to_unit(evaluation->parameters);
-    const bool is_new = std::all_of(starts.begin(), starts.end(), [&](const UnitPoint& other) {
-      return distance_between(point, other) > basin_distance;
+    const bool is_new = std::all_of(places.begin(), places.end(), [&](const UnitPoint& other) {
+      return distance_between(point, other) > distance;
     });
-    if (is_new) starts.push_back(std::move(point));
-    if (starts.size() == 2) break;
+    if (is_new) places.push_back(std::move(point));
+    if (places.size() == count) break;
   }
-  return starts;
+  return places;
 }
 
-// 6. The interval of each identified parameter.
+// 6. What each parameter does on its own: from the best place to either end of its range. What
+// shows no more than other replicates and seeds could explain, the data do not identify.
+void Search::find_effects() {
+  const Evaluation base = space_.dimension() > 0 ? best() : Evaluation{};
+  for (const datasets::TunedParameter& tuned : space_.tuned()) {
+    CalibratedParameter& parameter = calibrated(tuned.name);
+    std::vector<ParameterSet> places(2, base.parameters);
+    value_of(places[0], tuned.name) = tuned.lower;
+    value_of(places[1], tuned.name) = tuned.upper;
+    bool shows = false;
+    for (const Evaluation& tried : search("effects", places)) {
+      const double size = std::abs(tried.objective - base.objective);
+      const double noise = ensemble_.comparison().significance() *
+                           difference_deviation(ensemble_.comparison(), base, tried, bootstrap());
+      shows = shows || size > noise;
+      if (size < parameter.effect) continue;
+      parameter.effect = size;
+      parameter.effect_noise = noise;
+    }
+    parameter.status = shows ? ParameterStatus::tuned : ParameterStatus::not_identified;
+  }
+}
+
+// 7. The interval of each identified parameter.
 void Search::find_uncertainty() {
   if (space_.dimension() == 0) return;
+  std::vector<std::string> unseen;
+  for (const CalibratedParameter& parameter : result_.calibrated) {
+    if (parameter.status == ParameterStatus::not_identified) unseen.push_back(parameter.name);
+  }
   result_.profiles = profile_parameters(
       ensemble_.comparison(),
       space_,
       result_.evaluations,
       [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
-      {.bootstrap = bootstrap()});
+      {.bootstrap = bootstrap(),
+       .left_out = unseen,
+       .max_evaluations = std::max(0, budget_left())});
+  for (const Profile& profile : result_.profiles) {
+    // Whose every value would do, if the others follow, is not identified either.
+    if (profile.open_below && profile.open_above)
+      calibrated(profile.name).status = ParameterStatus::not_identified;
+  }
+}
+
+// 8. A surrogate of all evaluations: sensitivities, posterior, trade-offs.
+void Search::learn_landscape() {
+  if (space_.dimension() == 0) return;
   surrogate_.emplace(fit_surrogate(ensemble_.comparison(), result_.evaluations, space_));
   result_.surrogate = {
       surrogate_->leave_one_out_error(), surrogate_->value_spread(), surrogate_->roughness()};
+  const std::vector<double> indices = total_sensitivities(*surrogate_, space_.dimension());
+  for (std::size_t d = 0; d < indices.size(); ++d)
+    calibrated(space_.tuned()[d].name).sobol_total = indices[d];
   const double allowed = largest_allowed_excess(result_.profiles);
   if (!(allowed > 0.0)) return;
   const Posterior posterior = draw_posterior(
       *surrogate_, surrogate_minimum(*surrogate_, space_.dimension()), allowed, options_.seed);
   for (std::size_t d = 0; d < space_.dimension(); ++d)
     result_.posterior.push_back(marginal(space_, posterior, d));
+  posterior_mean_ = mean_of(posterior.draws);
   result_.posterior_effective_size = posterior.effective_size;
   result_.trade_offs = find_trade_offs(space_, posterior);
 }
 
-// 7. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
-// between the
-// two. The caller scores the winner with further fresh seeds, so that no choice enters the score.
+// 9. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
+// between the few best, and twice as many between the two that are left. Parameters that are not
+// identified stay at their bench values where that costs no more than the seeds' noise. The caller
+// scores the winner with further fresh seeds, so that no choice enters the score.
 void Search::choose() {
   result_.parameters = space_.from_unit(UnitPoint(space_.dimension(), 0.5));
-  if (space_.dimension() > 0) {
-    const std::vector<EvaluationPoint> candidates = {
-        {space_.from_unit(space_.to_unit(best().parameters)), result_.time_step.fraction},
-        {space_.from_unit(surrogate_minimum(*surrogate_, space_.dimension())),
-         result_.time_step.fraction}};
-    const auto seeds = make_seeds(
-        options_.seed, "choice", choice_seeds_per_confirmation * options_.confirmation_seeds);
-    const std::vector<Evaluation> evaluations =
-        ensemble_.evaluate("confirmation", candidates, seeds, reporter());
+  if (space_.dimension() == 0) return;
+  const auto fraction = result_.time_step.fraction;
+  const auto seeds = make_seeds(options_.seed, "choice", 2 * options_.confirmation_seeds);
+  const auto half = std::span(seeds).first(seeds.size() / 2);
+  const auto compare = [&](const std::vector<EvaluationPoint>& points,
+                           std::span<const std::uint64_t> with) {
+    std::vector<Evaluation> evaluations =
+        ensemble_.evaluate("confirmation", points, with, reporter());
     count(evaluations);
-    result_.parameters =
-        evaluations[evaluations[1].objective <= evaluations[0].objective ? 1 : 0].parameters;
+    std::stable_sort(evaluations.begin(), evaluations.end(), [](const auto& a, const auto& b) {
+      return a.objective < b.objective;
+    });
+    return evaluations;
+  };
+
+  // 1. The best evaluations, the surrogate's minimum, and the middle of what is plausible: where
+  // the landscape is rough the lowest place is a lucky one
+  std::vector<EvaluationPoint> candidates;
+  for (const UnitPoint& place : lowest_places(choice_candidates, 0.0))
+    candidates.push_back({space_.from_unit(place), fraction});
+  candidates.push_back(
+      {space_.from_unit(surrogate_minimum(*surrogate_, space_.dimension())), fraction});
+  if (!posterior_mean_.empty()) candidates.push_back({space_.from_unit(posterior_mean_), fraction});
+  const std::vector<Evaluation> first = compare(candidates, half);
+  const std::vector<Evaluation> last =
+      compare({{first[0].parameters, fraction}, {first[1].parameters, fraction}}, seeds);
+  const Evaluation& winner = last.front();
+  result_.parameters = winner.parameters;
+
+  // 2. What is not identified at its bench value, the others at their best for it
+  std::vector<HeldCoordinate> held;
+  const UnitPoint bench = space_.to_unit(bench_parameters(experiment_));
+  for (std::size_t d = 0; d < space_.dimension(); ++d) {
+    if (calibrated(space_.tuned()[d].name).status == ParameterStatus::not_identified)
+      held.push_back({d, bench[d]});
   }
+  if (held.empty()) return;
+  UnitPoint as_found = space_.to_unit(winner.parameters);
+  for (const HeldCoordinate& coordinate : held) as_found[coordinate.dimension] = coordinate.value;
+  const UnitPoint optimised = surrogate_minimum(*surrogate_, space_.dimension(), held);
+  const std::vector<Evaluation> at_bench = compare(
+      {{space_.from_unit(as_found), fraction}, {space_.from_unit(optimised), fraction}}, seeds);
+  const double noise = std::hypot(ensemble_.comparison().noise(winner.runs),
+                                  ensemble_.comparison().noise(at_bench.front().runs));
+  if (at_bench.front().objective <= winner.objective + noise)
+    result_.parameters = at_bench.front().parameters;
 }
 
-// 8. Values, intervals and what must be said of them.
+// 10. Values, intervals and what must be said of them.
 SearchResult Search::finish() {
   for (CalibratedParameter& parameter : result_.calibrated) {
     parameter.value = value_of(result_.parameters, parameter.name);
     for (const Profile& profile : result_.profiles) {
-      if (profile.name == parameter.name) give_interval(parameter, profile);
+      if (profile.name == parameter.name && parameter.status != ParameterStatus::not_identified)
+        give_interval(parameter, profile);
     }
-    if (parameter.status == ParameterStatus::not_identified) {
-      result_.warnings.push_back(
-          fmt::format("{} is not identified: over its full range the objective moves by {:.3g}, "
-                      "and other replicates and seeds alone could move it by {:.3g}; it "
-                      "is held at its bench value {:.3g}.",
-                      parameter.name,
-                      parameter.effect,
-                      parameter.effect_noise,
-                      parameter.bench));
-    }
+    if (parameter.status == ParameterStatus::not_identified)
+      result_.warnings.push_back(words_on_unidentified(parameter));
   }
   for (const TradeOff& trade_off : result_.trade_offs)
     result_.warnings.push_back(words_on(trade_off));

@@ -1,9 +1,10 @@
-// The search for parameters, whatever they are compared by: time step, design, effects, local
-// searches, intervals, and the choice of the winner, in numbered steps.
+// The search for parameters, whatever they are compared by: time step, design, the surrogate's
+// proposals, a local search, intervals, and the choice of the winner, in numbered steps.
 #pragma once
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,12 +29,14 @@ struct CalibrationProgress {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   int jobs = 1;
-  int budget = 100;      // evaluations of the search: design, effects, polish, profiles
+  int budget = 118;      // evaluations of the search: design, proposals, local searches, profiles
   int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
   double largest_time_step_fraction = 0.3;
   double time_limit = 0.0;  // s of wall time after which the search ends with what it has; 0: none
   double allowed_failures = 0.3;  // share of simulations; above it the calibration gives up
+  // Called with a sentence that the user should know before more is spent.
+  std::function<void(const std::string&)> notice;
   // Called after every simulation.
   std::function<void(const CalibrationProgress&)> progress;
 };
@@ -49,8 +52,9 @@ struct CalibratedParameter {
   double bench = 0.0;
   double lower_bound = 0.0;  // of the search
   double upper_bound = 0.0;
-  double effect = 0.0;        // typical change of the objective at the worse end of the range
+  double effect = 0.0;        // change of the objective at the worse end of its range
   double effect_noise = 0.0;  // what other replicates and seeds could explain of it
+  double sobol_total = std::numeric_limits<double>::quiet_NaN();  // see sensitivity.h
 };
 
 struct StageTime {
@@ -80,10 +84,12 @@ struct SearchResult {
   double objective_noise = 0.0;         // of the confirmed parameters
   std::vector<Evaluation> evaluations;  // of the search, in order
   std::string stop_reason;
-  std::vector<Profile> profiles;             // of the identified parameters
-  std::vector<PosteriorMarginal> posterior;  // of the identified parameters, on the surrogate
+  std::vector<Profile> profiles;             // of those that show an effect
+  std::vector<PosteriorMarginal> posterior;  // of the tuned parameters, on the surrogate
   double posterior_effective_size = 0.0;
   std::vector<TradeOff> trade_offs;
+  // Share of the measured values beyond everything that the design reached; NaN without a design.
+  double out_of_reach = std::numeric_limits<double>::quiet_NaN();
   std::optional<SurrogateQuality> surrogate;  // none where nothing was tuned
   int simulations = 0;
   int failed = 0;
@@ -91,6 +97,9 @@ struct SearchResult {
   std::vector<std::string> warnings;
   std::vector<StageTime> stages;
 };
+
+// Simulations of one scene that the choice of the winner takes at most.
+int choice_simulations(const CalibrationOptions& options);
 
 // Thrown when more simulations fail than allowed; what() says what to try.
 struct TooManyFailures : std::runtime_error {
@@ -130,21 +139,24 @@ class Search {
   double expected_cost() const;
   static std::string first_complaint(std::span<const Evaluation> evaluations);
   std::vector<Evaluation> search(const char* stage, const std::vector<ParameterSet>& places);
+  std::vector<Evaluation> search(const char* stage, const std::vector<EvaluationPoint>& points);
   const Evaluation& best() const;
+  int share_of_budget(double share) const;
+  int kept_for_intervals() const;
   int budget_left() const;
-  int polish_budget() const;
   void choose_step();
   void explore();
-  void find_effects();
-  bool has_effect(CalibratedParameter& parameter);
+  void follow_surrogate();
   BootstrapOptions bootstrap() const;
-  void hold(CalibratedParameter& parameter);
   CalibratedParameter& calibrated(std::string_view name);
-  void polish();
-  void search_locally(const UnitPoint& start, double step, int budget);
-  void look_again();
-  std::vector<UnitPoint> distinct_starts() const;
+  void check_reach();
+  void polish(double step, int kept);
+  void polish_with_time_step();
+  // Of the evaluations so far, the lowest first; each farther than `distance` from those before it.
+  std::vector<UnitPoint> lowest_places(std::size_t count, double distance) const;
+  void find_effects();
   void find_uncertainty();
+  void learn_landscape();
   void choose();
   void give_interval(CalibratedParameter& parameter, const Profile& profile);
 
@@ -156,6 +168,7 @@ class Search {
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
   std::optional<Surrogate> surrogate_;  // of all evaluations of the search, once it is over
+  UnitPoint posterior_mean_;            // empty where nothing can be told apart
   std::string stage_;
   double cost_ = 0.0;
   SearchResult result_;

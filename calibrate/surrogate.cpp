@@ -1,6 +1,7 @@
 #include "calibrate/surrogate.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_01.hpp>
@@ -47,6 +48,7 @@ std::vector<UnitPoint> low_discrepancy_points(int count,
 struct Surrogate::Fit {
   std::vector<UnitPoint> points;
   Eigen::VectorXd values;
+  OT::Point variance;  // of each value's own error, roughness included
   OT::CovarianceModel covariance;
   Eigen::MatrixXd inverse;   // of K = C(points, points) + noise^2
   Eigen::RowVectorXd trend;  // 1' K^-1 / (1' K^-1 1): weights of the constant trend
@@ -62,6 +64,23 @@ struct Candidate {
   Eigen::RowVectorXd trend;
   double log_likelihood = 0.0;
 };
+
+// K = C(inputs, inputs) + the errors' variances.
+Eigen::MatrixXd covariance_of(const OT::CovarianceModel& covariance,
+                              const OT::Sample& inputs,
+                              const OT::Point& variance) {
+  const OT::CovarianceMatrix discretised = covariance.discretize(inputs);
+  const auto size = static_cast<Eigen::Index>(inputs.getSize());
+  Eigen::MatrixXd k(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) {
+      const auto row = static_cast<OT::UnsignedInteger>(i);
+      k(i, j) =
+          discretised(row, static_cast<OT::UnsignedInteger>(j)) + (i == j ? variance[row] : 0.0);
+    }
+  }
+  return k;
+}
 
 Candidate fit_candidate(const OT::Sample& inputs,
                         const Eigen::VectorXd& values,
@@ -82,16 +101,9 @@ Candidate fit_candidate(const OT::Sample& inputs,
 
   Candidate candidate;
   candidate.covariance = kriging.getResult().getCovarianceModel();
-  const OT::CovarianceMatrix discretised = candidate.covariance.discretize(inputs);
+  const Eigen::LDLT<Eigen::MatrixXd> factors =
+      covariance_of(candidate.covariance, inputs, variance).ldlt();
   const auto size = static_cast<Eigen::Index>(n);
-  Eigen::MatrixXd k(size, size);
-  for (OT::UnsignedInteger i = 0; i < n; ++i) {
-    for (OT::UnsignedInteger j = 0; j < n; ++j) {
-      k(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-          discretised(i, j) + (i == j ? variance[i] : 0.0);
-    }
-  }
-  const Eigen::LDLT<Eigen::MatrixXd> factors = k.ldlt();
   candidate.inverse = factors.solve(Eigen::MatrixXd::Identity(size, size));
   candidate.trend = candidate.inverse.colwise().sum() / candidate.inverse.sum();
   // log p = -1/2 (r' K^-1 r + log |K|) + constant, r the values less their trend (Rasmussen and
@@ -131,6 +143,7 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
     if (!is_first && !(likelihood > best)) continue;
     is_first = false;
     best = likelihood;
+    fit_->variance = variance;
     fit_->covariance = candidate.covariance;
     fit_->inverse = std::move(candidate.inverse);
     fit_->trend = std::move(candidate.trend);
@@ -138,6 +151,7 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
   }
 }
 
+Surrogate::Surrogate(std::unique_ptr<Fit> fit) : fit_(std::move(fit)) {}
 Surrogate::~Surrogate() = default;
 Surrogate::Surrogate(Surrogate&&) noexcept = default;
 
@@ -166,6 +180,26 @@ std::vector<Surrogate::Prediction> Surrogate::predict(std::span<const UnitPoint>
     predictions[static_cast<std::size_t>(i)] = {mean(i), std::sqrt(std::max(0.0, variance))};
   }
   return predictions;
+}
+
+Surrogate Surrogate::believing(const UnitPoint& place) const {
+  auto fit = std::make_unique<Fit>(*fit_);
+  const Eigen::Index n = fit->values.size();
+  fit->points.push_back(place);
+  fit->values.conservativeResize(n + 1);
+  fit->values(n) = predict({&place, 1}).front().mean;
+  fit->variance.add(fit->roughness * fit->roughness);
+  fit->inverse = covariance_of(fit->covariance, sample_of(fit->points), fit->variance).inverse();
+  fit->trend = fit->inverse.colwise().sum() / fit->inverse.sum();
+  return Surrogate(std::move(fit));
+}
+
+double Surrogate::lowest_mean() const {
+  const std::vector<Prediction> predictions = predict(fit_->points);
+  return std::min_element(predictions.begin(),
+                          predictions.end(),
+                          [](const auto& a, const auto& b) { return a.mean < b.mean; })
+      ->mean;
 }
 
 double Surrogate::roughness() const { return fit_->roughness; }

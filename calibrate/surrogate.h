@@ -33,6 +33,12 @@ class Surrogate {
   };
   std::vector<Prediction> predict(std::span<const UnitPoint> places) const;
 
+  // The same process once a value equal to its own prediction has been seen at `place`: what is
+  // known of a place that is being simulated ("Kriging believer", Ginsbourger et al. 2010).
+  Surrogate believing(const UnitPoint& place) const;
+  // The lowest predicted mean at the places that it was shown.
+  double lowest_mean() const;
+
   // Standard deviation of an independent error of each value beyond its noise: how rough the
   // values are from one place to the next.
   double roughness() const;
@@ -44,6 +50,7 @@ class Surrogate {
 
  private:
   struct Fit;
+  explicit Surrogate(std::unique_ptr<Fit> fit);
   std::unique_ptr<Fit> fit_;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace graintruth::calibrate {
 
@@ -69,6 +70,21 @@ TimeStepChoice choose_time_step(Ensemble& ensemble,
     choice.converged = passes;
   }
   return choice;
+}
+
+double discretisation_error_at(const TimeStepChoice& choice, double fraction) {
+  std::map<double, double> error_of = {{0.0, 0.0}};
+  for (const TimeStepRow& row : choice.rows) {
+    if (std::isnan(row.change)) continue;
+    double& error = error_of[row.fraction];
+    error = std::max(error, std::abs(row.change));
+  }
+  const auto above = error_of.lower_bound(fraction);
+  if (above == error_of.end()) return error_of.rbegin()->second;
+  if (above == error_of.begin()) return 0.0;
+  const auto below = std::prev(above);
+  const double share = (fraction - below->first) / (above->first - below->first);
+  return below->second + share * (above->second - below->second);
 }
 
 }  // namespace graintruth::calibrate

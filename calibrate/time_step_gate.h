@@ -23,6 +23,7 @@ struct TimeStepChoice {
   double time_step = 0.0;             // s
   double discretisation_error = 0.0;  // largest |change| at the chosen fraction
   bool converged = false;  // false: even the smallest fraction tried still changes the objective
+  bool joint = false;      // searched with the parameters instead
   std::vector<TimeStepRow> rows;
 };
 
@@ -33,5 +34,10 @@ TimeStepChoice choose_time_step(Ensemble& ensemble,
                                 double largest,
                                 std::span<const std::uint64_t> seeds,
                                 const SimulationProgress& progress = {});
+
+// How much halving the step may change the objective at a fraction between the largest and the
+// smallest that were tried: the largest |change| of all places, linear in the fraction between
+// those tried, and towards 0 below.
+double discretisation_error_at(const TimeStepChoice& choice, double fraction);
 
 }  // namespace graintruth::calibrate

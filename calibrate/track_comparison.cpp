@@ -84,6 +84,12 @@ double TrackComparison::objective(std::span<const SimulatedRun> runs) const {
   return calibrate::objective(target_.mean, target_.widths, mean);
 }
 
+std::vector<double> TrackComparison::residuals(std::span<const SimulatedRun> runs) const {
+  const datasets::Trajectories mean = mean_of_runs(runs);
+  if (mean.poses.empty()) return {};
+  return calibrate::residuals(target_.mean, target_.widths, mean);
+}
+
 double TrackComparison::noise(std::span<const SimulatedRun> runs) const {
   const std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
   const WeightedMeans means(tracks);

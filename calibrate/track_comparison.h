@@ -24,6 +24,7 @@ class TrackComparison final : public Comparison {
   // Of the mean over completed runs; that of rest where most runs failed, because the mean of a
   // lucky few says nothing of these parameters.
   double objective(std::span<const SimulatedRun> runs) const override;
+  std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
@@ -50,7 +51,8 @@ class TrackComparison final : public Comparison {
 // The trajectories of the completed runs.
 std::vector<datasets::Trajectories> completed_tracks(std::span<const SimulatedRun> runs);
 
-// The mean track over completed runs; without poses where fewer than half of the runs completed.
+// The mean track over completed runs, which is what the agreement scores; without poses where fewer
+// than half of the runs completed.
 datasets::Trajectories mean_of_runs(std::span<const SimulatedRun> runs);
 
 }  // namespace graintruth::calibrate

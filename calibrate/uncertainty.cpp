@@ -14,6 +14,7 @@ constexpr double hopeless = 6.0;
 struct End {
   std::size_t dimension;
   double direction;  // -1 towards the lower bound, +1 towards the upper
+  double tolerance;  // to which it is wanted
   std::vector<std::pair<double, std::size_t>> tried;  // value, number of the evaluation
   double allowed = 0.0;  // the largest excess allowed to a compatible value, on either side
   double inside = 0.0;   // outermost compatible value
@@ -22,17 +23,16 @@ struct End {
 
   double bound() const { return direction < 0.0 ? 0.0 : 1.0; }
   bool is_beyond(double a, double b) const { return (a - b) * direction > 0.0; }
-  bool is_known(double tolerance) const { return std::abs(outside - inside) <= tolerance; }
+  bool is_known() const { return std::abs(outside - inside) <= tolerance; }
   // Steps that double until the end is bracketed, then bisection.
   double next(double first_step) const {
     if (bracketed) return 0.5 * (inside + outside);
     const double step = first_step * std::pow(2.0, static_cast<double>(tried.size()));
     return std::clamp(inside + direction * step, 0.0, 1.0);
   }
-  // A compatible bound leaves the interval open; otherwise the end lies between the last two
-  // values.
-  bool is_open() const { return !bracketed && inside == bound(); }
-  double end() const { return is_open() ? bound() : bracketed ? 0.5 * (inside + outside) : inside; }
+  // The end lies between the last two values; where nothing incompatible was found, the interval
+  // is open and reaches the bound.
+  double end() const { return bracketed ? 0.5 * (inside + outside) : bound(); }
 };
 
 // What is known of all evaluations against the best of them.
@@ -89,7 +89,8 @@ UnitPoint others_at_their_best(const Surrogate& surrogate,
                                double value) {
   constexpr double lined_up = 0.8;  // share of the variance that a straight line explains
   constexpr std::size_t enough = 4;
-  UnitPoint place = surrogate_minimum(surrogate, space.dimension(), static_cast<int>(fixed), value);
+  const HeldCoordinate held{fixed, value};
+  UnitPoint place = surrogate_minimum(surrogate, space.dimension(), {&held, 1});
   std::vector<UnitPoint> compatible;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (standing.excess[i].is_compatible()) compatible.push_back(space.to_unit(all[i].parameters));
@@ -113,17 +114,26 @@ UnitPoint others_at_their_best(const Surrogate& surrogate,
   return place;
 }
 
-// The grid around `centre`, one cell of the last grid wide in every dimension that is not `fixed`.
-std::vector<UnitPoint> zoomed_grid(const UnitPoint& centre, int fixed, double cell) {
-  constexpr int side = 9;
+bool is_held(std::span<const HeldCoordinate> held, std::size_t dimension) {
+  return std::any_of(held.begin(), held.end(), [&](const HeldCoordinate& coordinate) {
+    return coordinate.dimension == dimension;
+  });
+}
+
+// A regular grid of `side` places in every dimension that is not held, within `reach` of `centre`
+// and inside the unit cube.
+std::vector<UnitPoint> grid_around(const UnitPoint& centre,
+                                   std::span<const HeldCoordinate> held,
+                                   double reach,
+                                   int side) {
   std::vector<UnitPoint> places = {UnitPoint{}};
   for (std::size_t d = 0; d < centre.size(); ++d) {
     std::vector<UnitPoint> longer;
-    const bool is_held = static_cast<int>(d) == fixed;
+    const bool fixed = is_held(held, d);
     for (const UnitPoint& place : places) {
-      for (int i = 0; i < (is_held ? 1 : side); ++i) {
+      for (int i = 0; i < (fixed ? 1 : side); ++i) {
         longer.push_back(place);
-        const double offset = is_held ? 0.0 : cell * (2.0 * i / (side - 1) - 1.0);
+        const double offset = fixed ? 0.0 : reach * (2.0 * i / (side - 1) - 1.0);
         longer.back().push_back(std::clamp(centre[d] + offset, 0.0, 1.0));
       }
     }
@@ -132,7 +142,8 @@ std::vector<UnitPoint> zoomed_grid(const UnitPoint& centre, int fixed, double ce
   return places;
 }
 
-int grid_side(std::size_t dimension) { return dimension == 1 ? 201 : dimension == 2 ? 61 : 25; }
+// Places a side of a first grid that is fine against any interval that matters.
+int first_side(std::size_t dimension) { return dimension == 1 ? 201 : dimension == 2 ? 61 : 17; }
 
 // Mean plus standard deviation: a minimum that is promised far from every evaluation is not
 // believed.
@@ -146,23 +157,6 @@ UnitPoint lowest_of(const Surrogate& surrogate, const std::vector<UnitPoint>& pl
 }
 
 }  // namespace
-
-std::vector<UnitPoint> unit_grid(std::size_t dimension, int fixed, double value) {
-  const int side = grid_side(dimension);
-  std::vector<UnitPoint> places = {UnitPoint{}};
-  for (std::size_t d = 0; d < dimension; ++d) {
-    std::vector<UnitPoint> longer;
-    const bool is_held = static_cast<int>(d) == fixed;
-    for (const UnitPoint& place : places) {
-      for (int i = 0; i < (is_held ? 1 : side); ++i) {
-        longer.push_back(place);
-        longer.back().push_back(is_held ? value : static_cast<double>(i) / (side - 1));
-      }
-    }
-    places = std::move(longer);
-  }
-  return places;
-}
 
 const Evaluation& best_of(std::span<const Evaluation> evaluations) {
   return *std::min_element(evaluations.begin(),
@@ -202,7 +196,7 @@ Surrogate fit_surrogate(const Comparison& comparison,
   std::vector<double> values;
   std::vector<double> noise;
   for (const Evaluation& evaluation : evaluations) {
-    if (evaluation.failed > 0) continue;
+    if (2 * evaluation.failed > static_cast<int>(evaluation.runs.size())) continue;
     points.push_back(space.to_unit(evaluation.parameters));
     values.push_back(std::log(std::min(evaluation.objective, highest)));
     noise.push_back(comparison.noise(evaluation.runs) / evaluation.objective);
@@ -212,13 +206,16 @@ Surrogate fit_surrogate(const Comparison& comparison,
 
 UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             std::size_t dimension,
-                            int fixed,
-                            double value) {
+                            std::span<const HeldCoordinate> held) {
   constexpr int zooms = 3;  // each of a quarter of the last grid's cell: valleys can be narrow
-  UnitPoint lowest = lowest_of(surrogate, unit_grid(dimension, fixed, value));
-  double cell = 1.0 / (grid_side(dimension) - 1);
+  constexpr int zoomed_side = 9;
+  UnitPoint centre(dimension, 0.5);
+  for (const HeldCoordinate& coordinate : held) centre[coordinate.dimension] = coordinate.value;
+  const int side = first_side(dimension);
+  UnitPoint lowest = lowest_of(surrogate, grid_around(centre, held, 0.5, side));
+  double cell = 1.0 / (side - 1);
   for (int zoom = 0; zoom < zooms; ++zoom) {
-    lowest = lowest_of(surrogate, zoomed_grid(lowest, fixed, cell));
+    lowest = lowest_of(surrogate, grid_around(lowest, held, cell, zoomed_side));
     cell *= 0.25;
   }
   return lowest;
@@ -232,9 +229,15 @@ std::vector<Profile> profile_parameters(
     const ProfileOptions& options) {
   const Surrogate surrogate = fit_surrogate(comparison, evaluations, space);
   std::vector<Evaluation> all(evaluations.begin(), evaluations.end());
+  const auto is_left_out = [&](std::size_t d) {
+    const auto& names = options.left_out;
+    return std::find(names.begin(), names.end(), space.tuned()[d].name) != names.end();
+  };
   std::vector<End> ends;
   for (std::size_t d = 0; d < space.dimension(); ++d) {
-    for (const double direction : {-1.0, 1.0}) ends.push_back({d, direction, {}});
+    if (is_left_out(d)) continue;
+    for (const double direction : {-1.0, 1.0})
+      ends.push_back({d, direction, options.tolerance, {}});
   }
   Standing standing;
   const auto look = [&] {
@@ -260,7 +263,10 @@ std::vector<Profile> profile_parameters(
     // 1. The next value of every end, with the other parameters at their best for it
     std::vector<ParameterSet> places;
     for (End& end : ends) {
-      if (end.is_known(options.tolerance)) continue;
+      if (end.is_known()) continue;
+      if (static_cast<int>(all.size() - evaluations.size() + places.size()) >=
+          options.max_evaluations)
+        break;
       const double value = end.next(options.first_step);
       end.tried.emplace_back(value, all.size() + places.size());
       places.push_back(space.from_unit(
@@ -277,6 +283,7 @@ std::vector<Profile> profile_parameters(
   const Evaluation& best = all[standing.best];
   std::vector<Profile> profiles;
   for (std::size_t d = 0; d < space.dimension(); ++d) {
+    if (is_left_out(d)) continue;
     Profile profile{.name = space.tuned()[d].name};
     profile.points.push_back({value_of(best.parameters, profile.name), best.objective, {}});
     for (const End& end : ends) {
@@ -285,7 +292,7 @@ std::vector<Profile> profile_parameters(
       point[d] = end.end();
       const double value = value_of(space.from_unit(point), profile.name);
       (end.direction < 0.0 ? profile.interval.lower : profile.interval.upper) = value;
-      (end.direction < 0.0 ? profile.open_below : profile.open_above) = end.is_open();
+      (end.direction < 0.0 ? profile.open_below : profile.open_above) = !end.bracketed;
       for (const auto& [unit, evaluation] : end.tried) {
         if (evaluation == standing.best) continue;
         profile.points.push_back({value_of(all[evaluation].parameters, profile.name),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -56,7 +57,9 @@ struct Profile {
 
 struct ProfileOptions {
   BootstrapOptions bootstrap;
-  int rounds = 5;            // of one evaluation on either side of every parameter
+  int rounds = 5;                     // of one evaluation on either side of every parameter
+  std::vector<std::string> left_out;  // parameters that need no interval
+  int max_evaluations = std::numeric_limits<int>::max();
   double first_step = 0.04;  // of the range; doubled while the value is compatible
   double tolerance = 0.015;  // of the range; an end known to this is not sought further
 };
@@ -70,23 +73,24 @@ std::vector<Profile> profile_parameters(
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options);
 
-// The surrogate of the log objective over the unit cube of `space`. Failed evaluations are left
-// out; the objective is cut off well above its minimum, where the landscape is a cliff (particles
-// jam) that would hide the valley's lengths.
+// The surrogate of the log objective over the unit cube of `space`. Evaluations of which most runs
+// failed are left out; the objective is cut off well above its minimum, where the landscape is a
+// cliff (particles jam) that would hide the valley's lengths.
 Surrogate fit_surrogate(const Comparison& comparison,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space);
 
-// A regular grid over the unit cube, fine against any interval that matters; dimension `fixed` is
-// held at `value` if it is not negative.
-std::vector<UnitPoint> unit_grid(std::size_t dimension, int fixed = -1, double value = 0.0);
+// One coordinate that is held.
+struct HeldCoordinate {
+  std::size_t dimension = 0;
+  double value = 0.0;
+};
 
-// The place of the surrogate's minimum (of mean plus standard deviation) on a regular grid; with
-// dimension `fixed` held at `value` if it is not negative.
+// The place of the surrogate's minimum (of mean plus standard deviation) with the `held`
+// coordinates at their values: on a regular grid, refined around its lowest place.
 UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             std::size_t dimension,
-                            int fixed = -1,
-                            double value = 0.0);
+                            std::span<const HeldCoordinate> held = {});
 
 const Evaluation& best_of(std::span<const Evaluation> evaluations);
 

@@ -275,8 +275,7 @@ Measurement read_measurement(TomlSection section) {
   return measurement;
 }
 
-std::vector<TunedParameter> read_tuned(TomlSection section) {
-  std::vector<TunedParameter> tuned;
+void read_tuned(TomlSection section, Experiment& experiment) {
   for (const char* name : parameter_names) {
     auto bounds = section.optional_section(name);
     if (!bounds) continue;
@@ -285,10 +284,15 @@ std::vector<TunedParameter> read_tuned(TomlSection section) {
                                    bounds->quantity("upper", plain, range_of(name))};
     if (!(parameter.lower < parameter.upper)) bounds->fail("upper", "must be above lower");
     bounds->finish();
-    tuned.push_back(parameter);
+    experiment.tuned.push_back(parameter);
+  }
+  const std::string rule = section.optional_text("time_step").value_or("gate");
+  if (rule == "joint") {
+    experiment.time_step_rule = TimeStepRule::joint;
+  } else if (rule != "gate") {
+    section.fail("time_step", "must be \"gate\" or \"joint\"");
   }
   section.finish();
-  return tuned;
 }
 
 }  // namespace
@@ -313,7 +317,7 @@ Experiment load_experiment(const std::filesystem::path& file) {
   experiment.camera = read_camera(root.section("camera"), films);
   if (auto section = root.optional_section("measure"))
     experiment.measurement = read_measurement(*section);
-  if (auto section = root.optional_section("tune")) experiment.tuned = read_tuned(*section);
+  if (auto section = root.optional_section("tune")) read_tuned(*section, experiment);
   root.finish();
   return experiment;
 }

@@ -126,6 +126,10 @@ struct TunedParameter {
   double upper = 0.0;
 };
 
+// How the time step is found: the largest at which the answer does not change, before the search;
+// or as one more axis of the search, where it may be traded against the parameters.
+enum class TimeStepRule { gate, joint };
+
 struct Experiment {
   std::filesystem::path file;
   std::string name;  // stem of the file: names the run folder
@@ -139,6 +143,7 @@ struct Experiment {
   std::vector<Replicate> replicates;
   Measurement measurement;
   std::vector<TunedParameter> tuned;
+  TimeStepRule time_step_rule = TimeStepRule::gate;
 };
 
 // Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key

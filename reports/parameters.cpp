@@ -1,5 +1,7 @@
 // The parameters with their intervals, beside what the bench said and where the search was allowed
 // to look.
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "reports/sections.h"
@@ -40,7 +42,8 @@ TableView parameter_table(const Json& parameters) {
                    {"Bench value"},
                    {"Search bounds"},
                    {"Range of objective"},
-                   {"Noise of that"}});
+                   {"Noise of that"},
+                   {"Sobol total"}});
   for (const auto& [key, parameter] : parameters.items()) {
     const double lower = number(parameter, {"lower"});
     const double upper = number(parameter, {"upper"});
@@ -56,7 +59,8 @@ TableView parameter_table(const Json& parameters) {
                    plain(number(parameter, {"bench_value"})),
                    range_text(low_bound, high_bound),
                    significant(number(parameter, {"objective_range"}), 2),
-                   significant(number(parameter, {"objective_range_of_noise"}), 2)});
+                   significant(number(parameter, {"objective_range_of_noise"}), 2),
+                   decimal(number(parameter, {"sobol_total"}), 2)});
   }
   return table;
 }
@@ -121,6 +125,58 @@ Figure interval_figure(const Json& parameters) {
           .choices = {choice}};
 }
 
+// What the surrogate makes of the whole landscape, and how far it can be trusted.
+void add_posterior(const Json& result, Section& section) {
+  const Json& posterior = at(result, {"posterior"});
+  if (!posterior.is_object() || posterior.size() < 2) return;
+  TableView table(
+      "Posterior of the surrogate, beside the intervals above",
+      {{"Parameter", Align::left}, {"Mean"}, {"Standard deviation"}, {"95 % credible"}});
+  for (const auto& [key, one] : posterior.items()) {
+    if (!one.is_object()) continue;
+    const double lower = number(one, {"lower"});
+    const double upper = number(one, {"upper"});
+    const int decimals = decimals_of_interval(lower, upper);
+    table.add_row({parameter_name(key),
+                   decimal(number(one, {"mean"}), decimals),
+                   decimal(number(one, {"standard_deviation"}), decimals),
+                   interval_text(lower, upper, decimals)});
+  }
+  section.add_table(table);
+  section.add_paragraph(fmt::format(
+      "Drawn by random-walk Metropolis on the surrogate, {} effective draws. The surrogate knows "
+      "the logarithm of the objective to {} (leave-one-out, root mean square), of a standard "
+      "deviation of {}; from one place to the next the objective is rough by {}. No reported "
+      "value, score or interval rests on the surrogate alone.",
+      plain(std::round(number(posterior, {"effective_size"}))),
+      significant(number(result, {"surrogate", "leave_one_out_error"}), 2),
+      significant(number(result, {"surrogate", "value_spread"}), 2),
+      significant(number(result, {"surrogate", "roughness"}), 2)));
+}
+
+// What would have been best without one replicate or one particle.
+void add_influence(const RunData& data, Section& section) {
+  const auto rows = data.table("influence");
+  if (!rows) return;
+  TableView table("The best of the evaluations when one replicate or particle is left out",
+                  {{"Left out", Align::left},
+                   {"Friction, particle to particle"},
+                   {"Friction, particle to wall"},
+                   {"Restitution"},
+                   {"Objective"}});
+  for (std::size_t row = 0; row < rows->rows(); ++row) {
+    table.add_row({rows->text(row, "left_out"),
+                   decimal(rows->number(row, "friction_particle_particle"), 3),
+                   decimal(rows->number(row, "friction_particle_wall"), 3),
+                   decimal(rows->number(row, "restitution"), 3),
+                   significant(rows->number(row, "objective"), 3)});
+  }
+  section.add_table(table);
+  section.add_paragraph(
+      "Nothing was simulated anew for this table. Where leaving out a single one moves a parameter "
+      "beyond its interval, the answer rests on that one.");
+}
+
 }  // namespace
 
 Section parameters_section(const RunData& data, Section section) {
@@ -131,10 +187,11 @@ Section parameters_section(const RunData& data, Section section) {
   }
   section.add_table(parameter_table(parameters));
   section.add_paragraph(
-      "Range of objective: how far the objective moves when this parameter alone goes from one "
-      "search bound to the "
-      "other. Where that is no more than the noise of that range, the films cannot tell the "
-      "parameter.");
+      "Range of objective: how far the objective moves when this parameter alone goes from its "
+      "best to the worse end of its range. Where that is no more than the noise of "
+      "that range, the films cannot tell the parameter. Sobol total: the share of the "
+      "objective\u2019s "
+      "variation over the whole box of search bounds that this parameter takes part in.");
   for (const auto& [key, parameter] : parameters.items()) {
     const std::string method = text(parameter, {"method"});
     if (method.empty()) continue;
@@ -142,6 +199,8 @@ Section parameters_section(const RunData& data, Section section) {
     break;
   }
   section.add_figure(interval_figure(parameters));
+  add_posterior(data.result, section);
+  add_influence(data, section);
   return section;
 }
 

@@ -126,12 +126,27 @@ Section time_step_section(const RunData& data, Section section) {
     section.add_absence("No study of smaller time steps was made in this run.");
     return section;
   }
-  section.add_paragraph(
-      "It was settled before the search and not tuned with the frictions, because a coarse step "
-      "acts like damping and "
-      "could then be traded against them. Chosen is the largest at which halving changes nothing "
-      "that can be told from "
-      "noise.");
+  if (text(time_step, {"rule"}) == "joint") {
+    section.add_warnings(
+        {"It was searched together with the parameters. A coarse step acts like damping, so that "
+         "either may make up for the other: these parameters hold at this time step only."});
+  } else {
+    section.add_paragraph(
+        "It was settled before the search and not tuned with the frictions, because a coarse step "
+        "acts like damping and "
+        "could then be traded against them. Chosen is the largest at which halving changes nothing "
+        "that can be told from "
+        "noise.");
+  }
+  const double change = number(time_step, {"at_half", "objective_change"});
+  if (std::isfinite(change)) {
+    section.add_paragraph(fmt::format(
+        "At the parameters found, half the step changes the objective by {} (noise of that: {}) "
+        "and the agreement by {} points.",
+        significant(change, 2),
+        significant(number(time_step, {"at_half", "noise"}), 2),
+        decimal(number(time_step, {"at_half", "agreement_change_points"}), 1)));
+  }
   if (at(time_step, {"converged"}) == false) {
     section.add_warnings(
         {"Even the smallest time step tried still changes the objective by more than noise: the "

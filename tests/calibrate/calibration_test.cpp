@@ -163,7 +163,9 @@ TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
     return toy::simulator(0.001)(alike);
   };
   const Problem problem = toy::problem({.parameters = {0.0, 0.6, 0.7}, .noise = 0.001}, 5, 11);
-  const CalibrationResult result = calibrated(of_the_sum, problem, quick(1));
+  CalibrationOptions options = quick(1);
+  options.budget = CalibrationOptions{}.budget;
+  const CalibrationResult result = calibrated(of_the_sum, problem, options);
   ASSERT_EQ(result.trade_offs.size(), 1U);
   EXPECT_NEAR(result.trade_offs[0].first_share, std::sqrt(0.5), 0.1);
   EXPECT_NEAR(result.trade_offs[0].second_share, -std::sqrt(0.5), 0.1);
@@ -177,6 +179,61 @@ TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
   // The toy itself tells them apart
   const Problem separate = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
   EXPECT_TRUE(calibrated(toy::simulator(0.001), separate, quick(1)).trade_offs.empty());
+}
+
+// A model whose fit is best at the largest step: the gate is not moved by it, a joint search is,
+// and says so.
+TEST(Calibrate, ChoosesTheTimeStepByItsErrorUnlessAskedToSearchIt) {
+  const Simulator better_when_coarse = [](const SimulationRequest& request) {
+    SimulatedRun run = toy::simulator(0.001)(request);
+    for (datasets::Pose& pose : run.trajectories.poses)
+      pose.x += 0.5 * (0.05 - request.time_step_fraction);
+    return run;
+  };
+  Problem problem = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
+  const CalibrationResult gated = calibrated(better_when_coarse, problem, quick(1));
+  EXPECT_LT(gated.time_step.fraction, 0.05);
+  EXPECT_FALSE(gated.time_step.joint);
+
+  problem.experiment.time_step_rule = datasets::TimeStepRule::joint;
+  const CalibrationResult joint = calibrated(better_when_coarse, problem, quick(1));
+  EXPECT_TRUE(joint.time_step.joint);
+  EXPECT_GE(joint.time_step.fraction, 0.0125 * (1.0 - 1e-9));
+  EXPECT_LE(joint.time_step.fraction, 0.05 * (1.0 + 1e-9));
+  EXPECT_TRUE(std::any_of(joint.warnings.begin(), joint.warnings.end(), [](const auto& warning) {
+    return warning.find("searched together") != std::string::npos;
+  }));
+}
+
+TEST(Calibrate, WarnsBeforeItSpendsWhereTheDataLieBeyondTheModel) {
+  const toy::Truth truth{.parameters = {0.55, 0.65, 0.7}, .noise = 0.001};
+  Problem problem = toy::problem(truth, 5, 11);
+  problem.experiment.tuned[0].upper = 0.2;
+  problem.experiment.tuned[1].upper = 0.2;
+  CalibrationOptions options = quick(1);
+  std::vector<std::string> notices;
+  options.notice = [&](const std::string& sentence) { notices.push_back(sentence); };
+  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, options);
+  EXPECT_GT(result.out_of_reach, 0.3);
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].find("beyond everything that the model gave"), std::string::npos);
+  // Within its bounds nothing is said
+  const Problem within = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
+  EXPECT_LT(calibrated(toy::simulator(0.001), within, quick(1)).out_of_reach, 0.1);
+}
+
+// One replicate was filmed at another friction: without it the rest agree on the truth.
+TEST(Calibrate, ShowsWhichReplicateTheAnswerRestsOn) {
+  Problem problem = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
+  std::vector<datasets::Trajectories> tracks = problem.comparison->replicates();
+  tracks[3] = toy::run({0.42, 0.35, 0.7}, 0.001, 7);
+  problem = make_problem(problem.experiment, tracks);
+  const CalibrationResult result = calibrated(toy::simulator(0.001), problem, quick(1));
+  ASSERT_EQ(result.influence.size(), 5U + static_cast<std::size_t>(toy::particles));
+  EXPECT_EQ(result.influence[3].left_out, "replicate 4");
+  EXPECT_NEAR(result.influence[3].best.friction_particle_particle, 0.22, 0.02);
+  for (const InfluenceRow& row : result.influence)
+    EXPECT_GE(row.best.friction_particle_particle, 0.2) << row.left_out;
 }
 
 TEST(Calibrate, GivesUpWithASentenceWhenAllFails) {

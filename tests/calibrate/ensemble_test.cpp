@@ -58,9 +58,9 @@ TEST(Ensemble, ScoresRunsThatFailAndLivesOn) {
   const auto evaluations = ensemble.evaluate("test", points, make_seeds(3, "test", 4));
   EXPECT_EQ(evaluations[0].failed, 0);
   EXPECT_EQ(evaluations[1].failed, 4);
-  EXPECT_EQ(evaluations[1].objective,
-            objective_of_rest(problem.comparison->target().mean,
-                              problem.comparison->target().widths));
+  EXPECT_EQ(
+      evaluations[1].objective,
+      objective_of_rest(problem.comparison->target().mean, problem.comparison->target().widths));
 }
 
 TEST(Ensemble, KeepsWhatEndedBeforeAnInterruption) {

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "calibrate/proposals.h"
+#include "calibrate/sensitivity.h"
 
 namespace graintruth::calibrate {
 namespace {
@@ -46,6 +50,48 @@ TEST(Surrogate, IsSureNearItsPointsOnly) {
       fitted({{0.1, 0.1}, {0.2, 0.1}, {0.1, 0.2}, {0.3, 0.3}, {0.2, 0.4}, {0.4, 0.1}}, 1e-3);
   const auto predictions = surrogate.predict(std::vector<UnitPoint>{{0.1, 0.1}, {0.95, 0.95}});
   EXPECT_LT(predictions[0].standard_deviation, 0.3 * predictions[1].standard_deviation);
+}
+
+TEST(Surrogate, BelievesWhatItIsToldAndNothingElse) {
+  const Surrogate surrogate =
+      fitted({{0.1, 0.1}, {0.2, 0.1}, {0.1, 0.2}, {0.3, 0.3}, {0.2, 0.4}, {0.4, 0.1}}, 1e-3);
+  const std::vector<UnitPoint> places = {{0.8, 0.7}, {0.15, 0.15}};
+  const auto before = surrogate.predict(places);
+  const auto after = surrogate.believing(places[0]).predict(places);
+  EXPECT_NEAR(after[0].mean, before[0].mean, 1e-6);
+  EXPECT_LT(after[0].standard_deviation, 0.05 * before[0].standard_deviation);
+  EXPECT_NEAR(after[1].mean, before[1].mean, 1e-3);
+}
+
+TEST(Propose, FindsTheMinimumOfASmoothFunctionInAFewBatches) {
+  // Its lowest place in the unit square is (0, 0.4): sin 3x is 0 there and 0.14 at x = 1.
+  std::vector<UnitPoint> points = low_discrepancy_points(8, 2, 3);
+  for (std::uint64_t round = 0; round < 4; ++round) {
+    const auto lowest = std::min_element(
+        points.begin(), points.end(), [](auto& a, auto& b) { return smooth(a) < smooth(b); });
+    const auto batch = propose(fitted(points, 1e-4), {*lowest}, 3, round);
+    ASSERT_EQ(batch.size(), 3U);
+    EXPECT_NE(batch[0], batch[1]);
+    points.insert(points.end(), batch.begin(), batch.end());
+  }
+  double lowest = 1.0;
+  for (const UnitPoint& point : points) lowest = std::min(lowest, smooth(point));
+  EXPECT_LT(lowest, smooth({0.0, 0.4}) + 0.01);
+  EXPECT_EQ(propose(fitted(points, 1e-4), {points[0]}, 2, 1),
+            propose(fitted(points, 1e-4), {points[0]}, 2, 1));
+}
+
+// f = a x0 + b x1 over the unit square: S_i = T_i = a_i^2 / (a^2 + b^2), and x2 has none.
+TEST(TotalSensitivities, AreThoseOfALinearFunction) {
+  const std::vector<UnitPoint> points = low_discrepancy_points(60, 3, 1);
+  std::vector<double> values;
+  for (const UnitPoint& point : points) values.push_back(2.0 * point[0] + point[1]);
+  const auto total =
+      total_sensitivities(Surrogate(points, values, std::vector<double>(60, 1e-4)), 3);
+  ASSERT_EQ(total.size(), 3U);
+  EXPECT_NEAR(total[0], 0.8, 0.03);
+  EXPECT_NEAR(total[1], 0.2, 0.03);
+  EXPECT_LT(total[2], 0.02);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/calibrate/toy_experiment.h"
 #include "tests/support/temporary_folder.h"
 
@@ -43,6 +45,18 @@ TEST(ChooseTimeStep, TakesASmallerOneWhereItDoes) {
 
 TEST(ChooseTimeStep, SaysWhenEvenTheSmallestChangesTheAnswer) {
   EXPECT_FALSE(choose(drifting(10.0, 1e-7), toy::problem({}, 5, 1)).converged);
+}
+
+TEST(DiscretisationError, IsWhatTheGateSawAndFallsBetween) {
+  const TimeStepChoice choice = choose(drifting(1.0, 1e-6), toy::problem({}, 5, 1));
+  double at_largest = 0.0;
+  for (const TimeStepRow& row : choice.rows) {
+    if (row.fraction == 0.4) at_largest = std::max(at_largest, std::abs(row.change));
+  }
+  EXPECT_DOUBLE_EQ(discretisation_error_at(choice, 0.4), at_largest);
+  EXPECT_LT(discretisation_error_at(choice, 0.3), at_largest);
+  EXPECT_GT(discretisation_error_at(choice, 0.3), discretisation_error_at(choice, 0.2));
+  EXPECT_LT(discretisation_error_at(choice, 0.05), discretisation_error_at(choice, 0.2));
 }
 
 // An objective that is lowest at a large step must not draw the gate there.
