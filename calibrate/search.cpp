@@ -60,15 +60,26 @@ PosteriorMarginal marginal(const ParameterSpace& space,
 }
 
 std::string words_on_unidentified(const CalibratedParameter& parameter) {
+  const std::string held = fmt::format("it is held at {} {:.3g}",
+                                       std::abs(parameter.value - parameter.bench) < 1.0e-9
+                                           ? "its bench value"
+                                           : "the value that fits best,",
+                                       parameter.value);
+  if (parameter.effect > parameter.effect_noise) {
+    return fmt::format(
+        "{} is not identified: on its own it moves the objective by up to {:.3g}, but for any of "
+        "its values others can be found that fit as well; {}.",
+        parameter.name,
+        parameter.effect,
+        held);
+  }
   return fmt::format(
       "{} is not identified: over its full range the objective moves by {:.3g}, and other "
-      "replicates and seeds alone could move it by {:.3g}; it is held at {} {:.3g}.",
+      "replicates and seeds alone could move it by {:.3g}; {}.",
       parameter.name,
       parameter.effect,
       parameter.effect_noise,
-      std::abs(parameter.value - parameter.bench) < 1.0e-9 ? "its bench value"
-                                                           : "the value that fits best,",
-      parameter.value);
+      held);
 }
 
 UnitPoint mean_of(const std::vector<UnitPoint>& points) {

@@ -7,8 +7,11 @@ namespace graintruth::calibrate {
 
 namespace {
 
-// So much worse than the best that no bootstrap is needed to tell.
-constexpr double hopeless = 6.0;
+// So much worse than the best that no bootstrap is needed to tell. Where few numbers are measured
+// the best may be 0, and a residual of one is nothing unusual: rho(1) = 0.12.
+bool is_hopeless(const Evaluation& evaluation, const Evaluation& best) {
+  return evaluation.objective > 6.0 * best.objective + 0.12;
+}
 
 // One end of one parameter's interval on its way. Values are those of the unit range.
 struct End {
@@ -49,7 +52,7 @@ Standing compare_all(const Comparison& comparison,
   standing.best = static_cast<std::size_t>(&best_of(all) - all.data());
   const Evaluation& best = all[standing.best];
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool is_near = i != standing.best && all[i].objective <= hopeless * best.objective;
+    const bool is_near = i != standing.best && !is_hopeless(all[i], best);
     standing.excess.push_back(is_near ? excess_over(comparison, best, all[i], roughness, options)
                                       : Excess{all[i].objective - best.objective, 0.0});
   }
@@ -156,6 +159,21 @@ UnitPoint lowest_of(const Surrogate& surrogate, const std::vector<UnitPoint>& pl
   return places[static_cast<std::size_t>(lowest - predictions.begin())];
 }
 
+// Median noise of the few lowest evaluations.
+double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation> evaluations) {
+  constexpr std::size_t few = 9;
+  constexpr double least = 1.0e-9;  // no logarithm of nothing
+  std::vector<const Evaluation*> ranked;
+  for (const Evaluation& evaluation : evaluations) ranked.push_back(&evaluation);
+  std::stable_sort(
+      ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
+  ranked.resize(std::min(few, ranked.size()));
+  std::vector<double> noise;
+  for (const Evaluation* evaluation : ranked) noise.push_back(comparison.noise(evaluation->runs));
+  std::sort(noise.begin(), noise.end());
+  return std::max(least, noise[noise.size() / 2]);
+}
+
 }  // namespace
 
 const Evaluation& best_of(std::span<const Evaluation> evaluations) {
@@ -180,7 +198,7 @@ std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const BootstrapOptions& options) {
   std::vector<Evaluation> compatible;
   for (const Evaluation& evaluation : evaluations) {
-    if (evaluation.objective > hopeless * reference.objective) continue;
+    if (is_hopeless(evaluation, reference)) continue;
     if (excess_over(comparison, reference, evaluation, roughness, options).is_compatible())
       compatible.push_back(evaluation);
   }
@@ -191,15 +209,17 @@ Surrogate fit_surrogate(const Comparison& comparison,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space) {
   constexpr double cut = 20.0;  // times the lowest objective
-  const double highest = cut * best_of(evaluations).objective;
+  const double floor = noise_of_lowest(comparison, evaluations);
+  const double highest = cut * (best_of(evaluations).objective + floor);
   std::vector<UnitPoint> points;
   std::vector<double> values;
   std::vector<double> noise;
   for (const Evaluation& evaluation : evaluations) {
     if (2 * evaluation.failed > static_cast<int>(evaluation.runs.size())) continue;
     points.push_back(space.to_unit(evaluation.parameters));
-    values.push_back(std::log(std::min(evaluation.objective, highest)));
-    noise.push_back(comparison.noise(evaluation.runs) / evaluation.objective);
+    const double value = std::min(evaluation.objective + floor, highest);
+    values.push_back(std::log(value));
+    noise.push_back(comparison.noise(evaluation.runs) / value);
   }
   return Surrogate(points, values, noise);
 }

@@ -73,7 +73,9 @@ std::vector<Profile> profile_parameters(
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options);
 
-// The surrogate of the log objective over the unit cube of `space`. Evaluations of which most runs
+// The surrogate of ln(J + noise), J the objective, over the unit cube of `space`: differences below
+// the noise of the lowest evaluations mean nothing, and where few numbers are measured J can be 0
+// all along a line. Evaluations of which most runs
 // failed are left out; the objective is cut off well above its minimum, where the landscape is a
 // cliff (particles jam) that would hide the valley's lengths.
 Surrogate fit_surrogate(const Comparison& comparison,

@@ -34,11 +34,18 @@ std::string confidence_text(const Json& parameter) {
   return plain(confidence <= 1.0 ? 100.0 * confidence : confidence) + "\u00a0%";
 }
 
+bool is_at_bench(const Json& parameter) {
+  return std::abs(number(parameter, {"value"}) - number(parameter, {"bench_value"})) < 1.0e-9;
+}
+
 std::string parameter_detail(const Json& parameter) {
   const std::string status = text(parameter, {"status"});
   const std::string interval = interval_text(parameter, " to ");
-  if (status == "not_identified")
-    return "not identified by this experiment; held at its bench value";
+  if (status == "not_identified") {
+    return is_at_bench(parameter)
+               ? "not identified by this experiment; held at its bench value"
+               : "not identified by this experiment; at the value that fits best";
+  }
   if (status == "fixed") return "given, not tuned";
   if (status == "at_bound") return "at the edge of its search bounds";
   if (interval.empty()) return "no interval";
@@ -93,10 +100,10 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
                       value_text(parameter)));
     } else if (status == "not_identified") {
       others.push_back(fmt::format(
-          "The {} is not identified: the agreement hardly changes with it, so it is held at "
-          "its bench value {} "
+          "The {} is not identified: the agreement hardly changes with it, so it is held at {} {} "
           "and has no interval.",
           phrase,
+          is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
           value_text(parameter)));
     } else if (status == "fixed") {
       others.push_back(fmt::format("The {} was held at {}.", phrase, value_text(parameter)));

@@ -50,13 +50,20 @@ int main() {
   const std::vector<datasets::TunedParameter> all = experiment.tuned;
   experiment.material.restitution.value = truth.restitution;
 
-  // 1. Both frictions from one number a frame
+  // 1. Both frictions from a ruler held to the heap at the end, and from one held to it all the
+  // time
+  const datasets::Measurement filmed = experiment.measurement;
   experiment.tuned = {all[0], all[1]};
+  experiment.measurement = {.compared = datasets::Compared::heap_height,
+                            .frame_interval = filmed.frame_interval * (filmed.frames - 1),
+                            .frames = 2};
+  calibrate_and_tell("height of the heap at the start and at the end", experiment, jobs);
+  experiment.measurement = filmed;
   experiment.measurement.compared = datasets::Compared::heap_height;
-  calibrate_and_tell("height of the heap alone", experiment, jobs);
+  calibrate_and_tell("height of the heap in every frame", experiment, jobs);
 
   // 2. Both from all that the camera sees
-  experiment.measurement.compared = datasets::Compared::particles;
+  experiment.measurement = filmed;
   calibrate_and_tell("tracks of all particles", experiment, jobs);
 
   // 3. The wall's from a sliding test, the particles' from all that the camera sees

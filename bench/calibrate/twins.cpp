@@ -51,8 +51,10 @@ Twin make_twin_at(const calibrate::ParameterSet& truth,
                   const datasets::Experiment& experiment,
                   std::uint64_t seed,
                   int number) {
+  datasets::Experiment seen = experiment;  // a camera sees all particles, whatever is compared
+  seen.measurement.compared = datasets::Compared::particles;
   const calibrate::Simulator simulator =
-      calibrate::make_dem_simulator(experiment, nominal_starts(experiment), {});
+      calibrate::make_dem_simulator(seen, nominal_starts(seen), {});
   const double fraction = calibrate::largest_time_step_fraction(experiment) / 4.0;
   const std::string purpose = "twin " + std::to_string(number);
   std::vector<datasets::Trajectories> tracks;
