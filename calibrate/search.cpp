@@ -513,7 +513,7 @@ void Search::learn_landscape() {
 
 // 9. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
 // between the few best, and twice as many between the two that are left. Parameters that are not
-// identified stay at their bench values where that costs no more than the seeds' noise. The caller
+// identified stay at their bench values where that costs no more than seeds explain. The caller
 // scores the winner with further fresh seeds, so that no choice enters the score.
 void Search::choose() {
   result_.parameters = space_.from_unit(UnitPoint(space_.dimension(), 0.5));
@@ -561,7 +561,8 @@ void Search::choose() {
       {{space_.from_unit(as_found), fraction}, {space_.from_unit(optimised), fraction}}, seeds);
   const double noise = std::hypot(ensemble_.comparison().noise(winner.runs),
                                   ensemble_.comparison().noise(at_bench.front().runs));
-  if (at_bench.front().objective <= winner.objective + noise)
+  constexpr double confidence_95 = 1.96;
+  if (at_bench.front().objective <= winner.objective + confidence_95 * noise)
     result_.parameters = at_bench.front().parameters;
 }
 

@@ -29,7 +29,7 @@ struct CalibrationProgress {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   int jobs = 1;
-  int budget = 118;      // evaluations of the search: design, proposals, local searches, profiles
+  int budget = 104;      // evaluations of the search: design, proposals, local searches, profiles
   int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
   double largest_time_step_fraction = 0.3;
