@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/optimiser.h"
 #include "calibrate/proposals.h"
 #include "calibrate/reach.h"
 #include "calibrate/sensitivity.h"
@@ -290,8 +289,7 @@ void Search::explore() {
   check_reach();
 }
 
-// Prior and data in conflict: no parameters between the bounds give
-// what was measured.
+// Prior and data in conflict: no parameters between the bounds give what was measured.
 void Search::check_reach() {
   constexpr double worth_a_word = 0.1;
   result_.out_of_reach = share_out_of_reach(ensemble_.comparison(), result_.evaluations);
@@ -359,6 +357,13 @@ CalibratedParameter& Search::calibrated(std::string_view name) {
   throw std::logic_error("no such parameter");
 }
 
+OptimiserOptions Search::local_search(double step, int budget) const {
+  return {.max_evaluations = budget,
+          .initial_step = step,
+          .objective_tolerance = 0.5 * ensemble_.comparison().noise(best().runs),
+          .stall_evaluations = stall_evaluations};
+}
+
 // 3 and 5. A local search from the best place, coarse before the surrogate's proposals and finer
 // after them: a surrogate blurs what is finer than the spacing of its points. `kept` evaluations
 // are left to others; what the intervals do not need goes into a last one.
@@ -373,15 +378,12 @@ void Search::polish(double step, int kept) {
       result_.stop_reason = "the budget left nothing for a local search";
     return;
   }
-  const OptimiserOptions options{
-      .max_evaluations = budget,
-      .initial_step = step,
-      .objective_tolerance = 0.5 * ensemble_.comparison().noise(best().runs),
-      .stall_evaluations = stall_evaluations};
   const auto objective = [&](const UnitPoint& point) {
     return search("polish", {space_.from_unit(point)}).front().objective;
   };
-  result_.stop_reason = minimise(objective, space_.to_unit(best().parameters), options).stop_reason;
+  result_.stop_reason =
+      minimise(objective, space_.to_unit(best().parameters), local_search(step, budget))
+          .stop_reason;
 }
 
 // The same with the time step as one more axis, logarithmic from the smallest that the gate tried
@@ -394,11 +396,6 @@ void Search::polish_with_time_step() {
   double smallest = result_.time_step.fraction;
   for (const TimeStepRow& row : result_.time_step.rows) smallest = std::min(smallest, row.fraction);
   const double span = std::log(options_.largest_time_step_fraction / smallest);
-  const OptimiserOptions options{
-      .max_evaluations = budget,
-      .initial_step = step,
-      .objective_tolerance = 0.5 * ensemble_.comparison().noise(best().runs),
-      .stall_evaluations = stall_evaluations};
   EvaluationPoint winner{best().parameters, result_.time_step.fraction};
   double lowest = std::numeric_limits<double>::infinity();
   double seconds = result_.time_step.time_step;
@@ -417,7 +414,7 @@ void Search::polish_with_time_step() {
   };
   UnitPoint start = space_.to_unit(best().parameters);
   start.push_back(span > 0.0 ? std::log(result_.time_step.fraction / smallest) / span : 0.0);
-  result_.stop_reason = minimise(objective, start, options).stop_reason;
+  result_.stop_reason = minimise(objective, start, local_search(step, budget)).stop_reason;
   result_.time_step.joint = true;
   result_.time_step.fraction = winner.time_step_fraction;
   result_.time_step.time_step = seconds;
@@ -430,12 +427,8 @@ void Search::polish_with_time_step() {
 }
 
 std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance) const {
-  std::vector<const Evaluation*> ranked;
-  for (const Evaluation& evaluation : result_.evaluations) ranked.push_back(&evaluation);
-  std::stable_sort(
-      ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
   std::vector<UnitPoint> places;
-  for (const Evaluation* evaluation : ranked) {
+  for (const Evaluation* evaluation : by_objective(result_.evaluations)) {
     UnitPoint point = space_.to_unit(evaluation->parameters);
     const bool is_new = std::all_of(places.begin(), places.end(), [&](const UnitPoint& other) {
       return distance_between(point, other) > distance;
@@ -500,10 +493,11 @@ void Search::learn_landscape() {
   const std::vector<double> indices = total_sensitivities(*surrogate_, space_.dimension());
   for (std::size_t d = 0; d < indices.size(); ++d)
     calibrated(space_.tuned()[d].name).sobol_total = indices[d];
+  surrogate_minimum_ = surrogate_minimum(*surrogate_, space_.dimension());
   const double allowed = largest_allowed_excess(result_.profiles);
   if (!(allowed > 0.0)) return;
-  const Posterior posterior = draw_posterior(
-      *surrogate_, surrogate_minimum(*surrogate_, space_.dimension()), allowed, options_.seed);
+  const Posterior posterior =
+      draw_posterior(*surrogate_, surrogate_minimum_, allowed, options_.seed);
   for (std::size_t d = 0; d < space_.dimension(); ++d)
     result_.posterior.push_back(marginal(space_, posterior, d));
   posterior_mean_ = mean_of(posterior.draws);
@@ -537,8 +531,7 @@ void Search::choose() {
   std::vector<EvaluationPoint> candidates;
   for (const UnitPoint& place : lowest_places(choice_candidates, 0.0))
     candidates.push_back({space_.from_unit(place), fraction});
-  candidates.push_back(
-      {space_.from_unit(surrogate_minimum(*surrogate_, space_.dimension())), fraction});
+  candidates.push_back({space_.from_unit(surrogate_minimum_), fraction});
   if (!posterior_mean_.empty()) candidates.push_back({space_.from_unit(posterior_mean_), fraction});
   const std::vector<Evaluation> first = compare(candidates, half);
   const std::vector<Evaluation> last =

@@ -12,6 +12,7 @@
 
 #include "calibrate/ensemble.h"
 #include "calibrate/identifiability.h"
+#include "calibrate/optimiser.h"
 #include "calibrate/time_step_gate.h"
 #include "calibrate/uncertainty.h"
 
@@ -150,6 +151,7 @@ class Search {
   BootstrapOptions bootstrap() const;
   CalibratedParameter& calibrated(std::string_view name);
   void check_reach();
+  OptimiserOptions local_search(double step, int budget) const;
   void polish(double step, int kept);
   void polish_with_time_step();
   // Of the evaluations so far, the lowest first; each farther than `distance` from those before it.
@@ -168,7 +170,8 @@ class Search {
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
   std::optional<Surrogate> surrogate_;  // of all evaluations of the search, once it is over
-  UnitPoint posterior_mean_;            // empty where nothing can be told apart
+  UnitPoint surrogate_minimum_;
+  UnitPoint posterior_mean_;  // empty where nothing can be told apart
   std::string stage_;
   double cost_ = 0.0;
   SearchResult result_;

@@ -163,10 +163,7 @@ UnitPoint lowest_of(const Surrogate& surrogate, const std::vector<UnitPoint>& pl
 double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation> evaluations) {
   constexpr std::size_t few = 9;
   constexpr double least = 1.0e-9;  // no logarithm of nothing
-  std::vector<const Evaluation*> ranked;
-  for (const Evaluation& evaluation : evaluations) ranked.push_back(&evaluation);
-  std::stable_sort(
-      ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
+  std::vector<const Evaluation*> ranked = by_objective(evaluations);
   ranked.resize(std::min(few, ranked.size()));
   std::vector<double> noise;
   for (const Evaluation* evaluation : ranked) noise.push_back(comparison.noise(evaluation->runs));
@@ -175,6 +172,14 @@ double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation>
 }
 
 }  // namespace
+
+std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations) {
+  std::vector<const Evaluation*> ranked;
+  for (const Evaluation& evaluation : evaluations) ranked.push_back(&evaluation);
+  std::stable_sort(
+      ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
+  return ranked;
+}
 
 const Evaluation& best_of(std::span<const Evaluation> evaluations) {
   return *std::min_element(evaluations.begin(),

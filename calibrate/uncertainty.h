@@ -94,6 +94,9 @@ UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             std::size_t dimension,
                             std::span<const HeldCoordinate> held = {});
 
+// The lowest objective first; equal ones in their order.
+std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations);
+
 const Evaluation& best_of(std::span<const Evaluation> evaluations);
 
 }  // namespace graintruth::calibrate

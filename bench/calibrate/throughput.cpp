@@ -26,7 +26,7 @@ double seconds_of(const std::function<void()>& task) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Simulations of seeds that no other measurement has, on `jobs` threads.
+// So many simulations at the twin's truth, none of them read back, on `jobs` threads.
 void simulate(const datasets::Experiment& experiment,
               const bench::Twin& twin,
               int count,
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   const datasets::Experiment experiment = bench::softened_micro_rig();
   const bench::Twin twin = bench::make_twin_at({0.15, 0.2, 0.8}, experiment, 2000, -1);
 
-  // 1. Two threads against two processes; the same seeds for both
+  // 1. Two threads against two processes, as many simulations each
   std::vector<double> ratios;
   for (int round = 0; round < rounds; ++round) {
     const auto seed = static_cast<std::uint64_t>(round);
