@@ -34,10 +34,7 @@ void simulate(const datasets::Experiment& experiment,
               std::uint64_t seed) {
   calibrate::Journal journal(":memory:");
   calibrate::Ensemble ensemble(
-      {{twin.problem.hash, calibrate::make_dem_simulator(experiment, twin.problem.starts, {})}},
-      journal,
-      twin.problem.comparison,
-      jobs);
+      {bench::scene_of(twin, experiment)}, journal, twin.problem.comparison, jobs);
   const std::vector<calibrate::EvaluationPoint> point = {
       {twin.truth, calibrate::largest_time_step_fraction(experiment)}};
   ensemble.evaluate("throughput", point, calibrate::make_seeds(seed, "throughput", count));

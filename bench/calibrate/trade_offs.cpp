@@ -21,10 +21,7 @@ void calibrate_and_tell(const char* heading, const datasets::Experiment& experim
   const bench::Twin twin = bench::make_twin_at(truth, experiment, study_seed, -2);
   calibrate::Journal journal(":memory:");
   calibrate::Ensemble ensemble(
-      {{twin.problem.hash, calibrate::make_dem_simulator(experiment, twin.problem.starts, {})}},
-      journal,
-      twin.problem.comparison,
-      jobs);
+      {bench::scene_of(twin, experiment)}, journal, twin.problem.comparison, jobs);
   calibrate::CalibrationOptions options{.jobs = jobs};
   options.largest_time_step_fraction = calibrate::largest_time_step_fraction(experiment);
   const calibrate::CalibrationResult result = calibrate::calibrate(twin.problem, ensemble, options);

@@ -89,10 +89,7 @@ std::vector<std::string> calibrate_twin(const datasets::Experiment& experiment,
   const fs::path file = folder / fmt::format("twin-{}.db", number);
   calibrate::Journal journal(file);
   calibrate::Ensemble ensemble(
-      {{twin.problem.hash, calibrate::make_dem_simulator(experiment, twin.problem.starts, {})}},
-      journal,
-      twin.problem.comparison,
-      1);
+      {bench::scene_of(twin, experiment)}, journal, twin.problem.comparison, 1);
   calibrate::CalibrationOptions options{.seed = static_cast<std::uint64_t>(number)};
   options.largest_time_step_fraction = calibrate::largest_time_step_fraction(experiment);
   const calibrate::CalibrationResult result = calibrate::calibrate(twin.problem, ensemble, options);

@@ -5,7 +5,6 @@
 #include <boost/random/uniform_01.hpp>
 
 #include "calibrate/dem_simulator.h"
-#include "calibrate/ensemble.h"
 
 namespace graintruth::bench {
 
@@ -72,6 +71,10 @@ Twin make_twin(const datasets::Experiment& experiment, std::uint64_t seed, int n
         tuned.lower + (tuned.upper - tuned.lower) * uniform(generator);
   }
   return make_twin_at(truth, experiment, seed, number);
+}
+
+calibrate::Scene scene_of(const Twin& twin, const datasets::Experiment& experiment) {
+  return {twin.problem.hash, calibrate::make_dem_simulator(experiment, twin.problem.starts, {})};
 }
 
 }  // namespace graintruth::bench

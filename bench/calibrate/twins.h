@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 
 namespace graintruth::bench {
@@ -28,5 +29,8 @@ Twin make_twin_at(const calibrate::ParameterSet& truth,
                   const datasets::Experiment& experiment,
                   std::uint64_t seed,
                   int number);
+
+// What is simulated to fit a twin: the experiment from the twin's own measured starts.
+calibrate::Scene scene_of(const Twin& twin, const datasets::Experiment& experiment);
 
 }  // namespace graintruth::bench
