@@ -83,7 +83,7 @@ struct EvaluateCommand {
   CommonOptions common;
   std::filesystem::path experiment;
   std::filesystem::path parameters;
-  int runs = 8;  // seeds; as many as an evaluation of the search has
+  int runs = 0;  // seeds; 0: as many as an evaluation of the search has
 };
 int run_evaluate(const EvaluateCommand& command);
 

@@ -82,8 +82,7 @@ void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status)
                "evaluate datasets/micro/experiment.toml --parameters trial.toml --json");
   add_experiment(verb, command.experiment);
   add_parameters(verb, command.parameters);
-  verb.add_option("--runs", command.runs, "Seeds; by default as in the search of calibrate")
-      ->capture_default_str()
+  verb.add_option("--runs", command.runs, "Seeds (default: as many as in the search of calibrate)")
       ->check(CLI::Range(1, 10000));
   add_common_options(verb, command.common);
   verb.callback([&] { status = run_evaluate(command); });

@@ -34,10 +34,12 @@ Session::Session(std::string verb,
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
   // Before any film is tracked for nothing
-  if (record_.verb == "evaluate" || (record_.verb != "track" && !experiment_.rig.bin)) {
-    calibrate::require_comparable(experiment_);
-  } else if (record_.verb != "track") {
-    calibrate::require_plates(experiment_);
+  if (record_.verb != "track") {
+    if (experiment_.rig.bin) {
+      calibrate::require_plates(experiment_);
+    } else {
+      calibrate::require_comparable(experiment_);
+    }
   }
   record_.started_at = utc_now();
   record_.jobs = options.jobs > 0

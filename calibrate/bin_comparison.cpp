@@ -235,6 +235,13 @@ BinComparison::Shares BinComparison::shares(std::span<const SimulatedRun> runs) 
   return shares_of(mean_differences(runs));
 }
 
+double BinComparison::simulated_rate(const OrificeMean& orifice,
+                                     std::span<const SimulatedRun> runs) const {
+  const Differences mean =
+      mean_difference(differences(runs), orifice, runs.size() / films_.size(), runs.size());
+  return orifice.mean.rate * (1.0 + mean.rate);
+}
+
 std::vector<double> BinComparison::residuals(std::span<const SimulatedRun> runs) const {
   const std::vector<Differences> of_orifices = mean_differences(runs);
   std::vector<double> all;

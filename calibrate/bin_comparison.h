@@ -76,6 +76,8 @@ class BinComparison final : public Comparison {
     double total() const { return (rate + remaining + velocity) / 3.0; }
   };
   Shares shares(std::span<const SimulatedRun> runs) const;
+  // Mean over the simulations of an orifice's films, kg/s; a run that did not complete counts as 0.
+  double simulated_rate(const OrificeMean& orifice, std::span<const SimulatedRun> runs) const;
 
  private:
   struct Differences;

@@ -160,8 +160,7 @@ StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
 void require_comparable(const datasets::Experiment& experiment) {
   if (experiment.rig.bin) {
     throw datasets::InputError(fmt::format(
-        "{}: what runs out of a bin can be calibrated on and validated, but not evaluated: "
-        "this verb compares tracks of particles that stay.",
+        "{}: particles that run out of a bin are compared by what flows, not by their tracks.",
         experiment.file.string()));
   }
   if (experiment.particle.spheres.empty()) {

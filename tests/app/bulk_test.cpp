@@ -52,19 +52,52 @@ double slope_between(const std::string& run, double from, double to) {
   return (n * tm - t * m) / (n * tt - t * t);
 }
 
-TEST(Bulk, RatesAreThoseOfTheDischargeCurves) {
-  if (!std::filesystem::exists(truth)) GTEST_SKIP() << truth << " is not here";
-  const TemporaryFolder folder;
+// The experiment above with a replicate a name: the true tracks of the lab's films.
+std::string bin_of(const std::vector<std::pair<std::string, int>>& runs_and_widths_mm) {
   std::string text = rig;
-  const struct {
-    std::string run;
-    int width_mm;
-  } runs[] = {{"orifice050_rep1", 50}, {"orifice075_rep2", 75}, {"orifice100_rep3", 100}};
-  for (const auto& [run, width] : runs)
+  for (const auto& [run, width] : runs_and_widths_mm)
     text += "[[replicate]]\nname = \"" + run + "\"\ntracks = \"" +
             (truth / (run + "_tracks.csv")).string() +
             "\"\norifice_width_mm = " + std::to_string(width) + "\n";
-  const auto experiment = folder.write("bin.toml", text);
+  return text;
+}
+
+// What programs that drive ours are told of a bin.
+TEST(Bulk, EvaluatesWhatFlows) {
+  if (!std::filesystem::exists(truth)) GTEST_SKIP() << truth << " is not here";
+  const TemporaryFolder folder;
+  const auto experiment =
+      folder.write("bin.toml", bin_of({{"orifice100_rep1", 100}, {"orifice100_rep2", 100}}));
+  const auto evaluate = [&](const std::string& friction) {
+    const auto parameters = folder.write("p.toml", "friction_particle_particle = " + friction);
+    const ProgramOutcome outcome = run_program({"evaluate",
+                                                experiment.string(),
+                                                "--parameters",
+                                                parameters.string(),
+                                                "--out",
+                                                (folder.path() / "out").string(),
+                                                "--json"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto rough = evaluate("0.6"), smooth = evaluate("0");
+  EXPECT_EQ(rough["parameters"]["friction_particle_particle"], 0.6);
+  EXPECT_EQ(rough["parameters"]["friction_particle_wall"], 0.67);  // at its bench value
+  EXPECT_EQ(rough["simulations"], 2);                              // one a film
+  ASSERT_EQ(rough["orifices"].size(), 1U);
+  const auto& orifice = rough["orifices"][0];
+  const double filmed = 0.5 * (slope_between("orifice100_rep1", 0.2, 0.4) +
+                               slope_between("orifice100_rep2", 0.2, 0.4));
+  EXPECT_NEAR(orifice["filmed_kg_per_s"], filmed, 0.05 * filmed);
+  EXPECT_LT(orifice["simulated_kg_per_s"], smooth["orifices"][0]["simulated_kg_per_s"]);
+}
+
+TEST(Bulk, RatesAreThoseOfTheDischargeCurves) {
+  if (!std::filesystem::exists(truth)) GTEST_SKIP() << truth << " is not here";
+  const TemporaryFolder folder;
+  const auto experiment = folder.write(
+      "bin.toml",
+      bin_of({{"orifice050_rep1", 50}, {"orifice075_rep2", 75}, {"orifice100_rep3", 100}}));
   const std::filesystem::path out = folder.path() / "out";
   const ProgramOutcome outcome = run_program({"track", experiment.string(), "--out", out.string()});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
