@@ -346,6 +346,10 @@ std::vector<std::vector<double>> BinComparison::draw_objectives(
   return drawn;
 }
 
+std::unique_ptr<Comparison> BinComparison::with_replicates(std::span<const SimulatedRun>) const {
+  return nullptr;
+}
+
 double BinComparison::significance() const { return student_t_quantile(0.975, scatter_.freedom); }
 
 // Films and seeds are drawn as pairs and cannot be told apart: the whole deviation is allowed,

@@ -69,6 +69,8 @@ class BinComparison final : public Comparison {
                         const Evaluation& evaluation,
                         double roughness,
                         const BootstrapOptions& options) const override;
+  // Null: an evaluation has one simulation of every film, and none to spare.
+  std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const override;
 
   // Shares of J at these runs: rates, remaining, velocities.
   struct Shares {

@@ -3,6 +3,7 @@
 // particles are compared in track_comparison.h, what flows out of a bin in bin_comparison.h.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -63,6 +64,10 @@ class Comparison {
                                 const Evaluation& evaluation,
                                 double roughness,
                                 const BootstrapOptions& options) const = 0;
+
+  // The same comparison with simulated runs in place of the filmed replicates; null where these
+  // are too few to show a spread.
+  virtual std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const = 0;
 };
 
 // Standard deviation over draws of the difference between the objectives of two evaluations.

@@ -99,6 +99,8 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
                                    {"lower", one.credible.lower},
                                    {"upper", one.credible.upper}};
   }
+  if (const auto& test = result.self_test)
+    json["self_test"] = {{"truths", test->truths}, {"found", test->found}};
   json["out_of_reach_share"] = result.out_of_reach;
   json["trade_offs"] = Json::array();
   for (const TradeOff& trade_off : result.trade_offs) {

@@ -146,6 +146,7 @@ Search::Search(const datasets::Experiment& experiment,
 void Search::run() {
   timed("time step", [&] { choose_step(); });
   timed("design", [&] { explore(); });
+  timed("self-test", [&] { test_itself(); });
   timed("descent", [&] {
     polish(descent_step, options_.budget - share_of_budget(design_share + descent_share));
   });
@@ -286,6 +287,21 @@ void Search::explore() {
     places.push_back(space_.from_unit(point));
   }
   search("design", places);
+}
+
+// 3. On the design: whether known truths are found again, and whether the measured lies within
+// reach.
+void Search::test_itself() {
+  if (space_.dimension() == 0) return;
+  result_.self_test = self_test(ensemble_.comparison(), result_.evaluations);
+  if (const auto& test = result_.self_test; test && 2 * test->found < test->truths) {
+    result_.warnings.push_back(fmt::format(
+        "Self-test: of {} parameter sets taken for the truth only {} were told from the others by "
+        "other seeds: what chance does to this rig hides what the parameters do.",
+        test->truths,
+        test->found));
+    if (options_.notice) options_.notice(result_.warnings.back());
+  }
   check_reach();
 }
 
@@ -301,7 +317,7 @@ void Search::check_reach() {
   if (options_.notice) options_.notice(result_.warnings.back());
 }
 
-// 4. What a surrogate of all evaluations so far proposes, batch after batch: between neighbouring
+// 5. What a surrogate of all evaluations so far proposes, batch after batch: between neighbouring
 // valleys, of which only one is right, it goes where most may be gained.
 void Search::follow_surrogate() {
   if (space_.dimension() == 0) return;
@@ -364,7 +380,7 @@ OptimiserOptions Search::local_search(double step, int budget) const {
           .stall_evaluations = stall_evaluations};
 }
 
-// 3 and 5. A local search from the best place, coarse before the surrogate's proposals and finer
+// 4 and 6. A local search from the best place, coarse before the surrogate's proposals and finer
 // after them: a surrogate blurs what is finer than the spacing of its points. `kept` evaluations
 // are left to others; what the intervals do not need goes into a last one.
 void Search::polish(double step, int kept) {
@@ -439,7 +455,7 @@ std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance)
   return places;
 }
 
-// 6. What each parameter does on its own: from the best place to either end of its range. What
+// 7. What each parameter does on its own: from the best place to either end of its range. What
 // shows no more than other replicates and seeds could explain, the data do not identify.
 void Search::find_effects() {
   const Evaluation base = space_.dimension() > 0 ? best() : Evaluation{};
@@ -462,7 +478,7 @@ void Search::find_effects() {
   }
 }
 
-// 7. The interval of each identified parameter.
+// 8. The interval of each identified parameter.
 void Search::find_uncertainty() {
   if (space_.dimension() == 0) return;
   std::vector<std::string> unseen;
@@ -484,7 +500,7 @@ void Search::find_uncertainty() {
   }
 }
 
-// 8. A surrogate of all evaluations: sensitivities, posterior, trade-offs.
+// 9. A surrogate of all evaluations: sensitivities, posterior, trade-offs.
 void Search::learn_landscape() {
   if (space_.dimension() == 0) return;
   surrogate_.emplace(fit_surrogate(ensemble_.comparison(), result_.evaluations, space_));
@@ -505,7 +521,7 @@ void Search::learn_landscape() {
   result_.trade_offs = find_trade_offs(space_, posterior);
 }
 
-// 9. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
+// 10. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
 // between the few best, and twice as many between the two that are left. Parameters that are not
 // identified stay at their bench values where that costs no more than seeds explain. The caller
 // scores the winner with further fresh seeds, so that no choice enters the score.
@@ -559,7 +575,7 @@ void Search::choose() {
     result_.parameters = at_bench.front().parameters;
 }
 
-// 10. Values, intervals and what must be said of them.
+// 11. Values, intervals and what must be said of them.
 SearchResult Search::finish() {
   for (CalibratedParameter& parameter : result_.calibrated) {
     parameter.value = value_of(result_.parameters, parameter.name);

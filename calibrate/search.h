@@ -13,6 +13,7 @@
 #include "calibrate/ensemble.h"
 #include "calibrate/identifiability.h"
 #include "calibrate/optimiser.h"
+#include "calibrate/self_test.h"
 #include "calibrate/time_step_gate.h"
 #include "calibrate/uncertainty.h"
 
@@ -91,6 +92,7 @@ struct SearchResult {
   std::vector<TradeOff> trade_offs;
   // Share of the measured values beyond everything that the design reached; NaN without a design.
   double out_of_reach = std::numeric_limits<double>::quiet_NaN();
+  std::optional<SelfTest> self_test;          // none where the design's seeds are too few
   std::optional<SurrogateQuality> surrogate;  // none where nothing was tuned
   int simulations = 0;
   int failed = 0;
@@ -150,6 +152,7 @@ class Search {
   void follow_surrogate();
   BootstrapOptions bootstrap() const;
   CalibratedParameter& calibrated(std::string_view name);
+  void test_itself();
   void check_reach();
   OptimiserOptions local_search(double step, int budget) const;
   void polish(double step, int kept);

@@ -142,6 +142,13 @@ double TrackComparison::significance() const {
          std::sqrt(n / (n - 1.0));
 }
 
+std::unique_ptr<Comparison> TrackComparison::with_replicates(
+    std::span<const SimulatedRun> runs) const {
+  std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
+  if (tracks.size() < 2) return nullptr;
+  return std::make_unique<TrackComparison>(std::move(tracks));
+}
+
 // D of the text in the header: the objective of one model's mean as if the other's were measured.
 // What the seeds add to it is taken off by the jackknife's estimate of bias,
 //   D - (n - 1)(mean of delete-one values - D),  Quenouille (1956).

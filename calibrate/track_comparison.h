@@ -40,6 +40,7 @@ class TrackComparison final : public Comparison {
                         const Evaluation& evaluation,
                         double roughness,
                         const BootstrapOptions& options) const override;
+  std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const override;
 
  private:
   double distance(const Evaluation& first, const Evaluation& second) const;

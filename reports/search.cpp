@@ -251,6 +251,14 @@ Section search_section(const RunData& data, Section section) {
                                              significant(noise, 2))
                                : std::string("How far it varies between seeds was not measured.")));
     }
+    const double truths = number(data.result, {"self_test", "truths"});
+    if (std::isfinite(truths)) {
+      section.add_paragraph(fmt::format(
+          "Self-test before the search: each of {} parameter sets stood in for the experiment with "
+          "half of its seeds; {} of them were found again among all by the other half.",
+          count(truths),
+          count(number(data.result, {"self_test", "found"}))));
+    }
     const std::string reason = text(data.result, {"objective", "stop_reason"});
     if (!reason.empty()) section.add_paragraph(fmt::format("Why the search ended: {}.", reason));
     section.add_table(stage_table(all));

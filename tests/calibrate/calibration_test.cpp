@@ -50,8 +50,23 @@ TEST(Calibrate, RecoversAKnownTruthAndSaysWhatItCannotSee) {
   // The toy's replicates differ by offsets that last for the whole run, so the score is far from
   // 750 independent tests; the ceiling still is its mean over such experiments.
   EXPECT_GT(result.score.student.percent, 60.0);
+  ASSERT_TRUE(result.self_test.has_value());
+  EXPECT_EQ(result.self_test->found, result.self_test->truths);
   EXPECT_EQ(result.failed, 0);
   EXPECT_LE(static_cast<int>(result.evaluations.size()), 60);
+}
+
+TEST(Calibrate, TellsBeforeTheSearchWhereChanceHidesTheParameters) {
+  constexpr double noise = 0.2;  // m; tracks are less than that apart
+  const Problem problem = toy::problem({.noise = noise}, 5, 11);
+  CalibrationOptions options = quick(1);
+  std::vector<std::string> notices;
+  options.notice = [&](const std::string& notice) { notices.push_back(notice); };
+  const CalibrationResult result = calibrated(toy::simulator(noise), problem, options);
+  ASSERT_TRUE(result.self_test.has_value());
+  EXPECT_LT(2 * result.self_test->found, result.self_test->truths);
+  ASSERT_FALSE(notices.empty());
+  EXPECT_NE(notices.front().find("Self-test"), std::string::npos) << notices.front();
 }
 
 TEST(Calibrate, ItsIntervalsHoldTheTruthAboutAsOftenAsTheySay) {
