@@ -67,7 +67,44 @@ double largest_cosine(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& re
   return largest;
 }
 
+// (J^T J)^-1 by singular values, infinite where a parameter takes part in a direction that `fit`
+// does not determine; notes those directions.
+Eigen::MatrixXd inverse_of_normal_matrix(const Eigen::MatrixXd& jacobian, LeastSquaresFit& fit) {
+  // Derivatives are good to some ten digits: what is smaller than the largest by more than that is
+  // 0. Columns are scaled to one length, which cancels in the end.
+  constexpr double rank_tolerance = 1e-8;
+  const Eigen::Index n = jacobian.cols();
+  const Eigen::VectorXd scale =
+      jacobian.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian * scale.asDiagonal(), Eigen::ComputeThinV);
+  const Eigen::VectorXd& sizes = svd.singularValues();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
+  fit.undetermined.resize(n, 0);
+  Eigen::VectorXd part = Eigen::VectorXd::Zero(n);  // of each parameter in what is undetermined
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::VectorXd direction = scale.asDiagonal() * svd.matrixV().col(i);
+    if (sizes[i] > rank_tolerance * sizes[0]) {
+      inverse += direction * direction.transpose() / (sizes[i] * sizes[i]);
+      continue;
+    }
+    part += svd.matrixV().col(i).cwiseAbs();
+    Eigen::VectorXd relative =
+        (direction.array() / fit.parameters.array().abs().max(1e-300)).matrix();
+    fit.undetermined.conservativeResize(Eigen::NoChange, fit.undetermined.cols() + 1);
+    fit.undetermined.col(fit.undetermined.cols() - 1) = relative.normalized();
+  }
+  for (Eigen::Index j = 0; j < n; ++j) {
+    if (part[j] > std::sqrt(rank_tolerance))
+      inverse(j, j) = std::numeric_limits<double>::infinity();
+  }
+  return inverse;
+}
+
 }  // namespace
+
+bool LeastSquaresFit::determines(int parameter) const {
+  return std::isfinite(covariance(parameter, parameter));
+}
 
 double LeastSquaresFit::standard_error(int parameter) const {
   return std::sqrt(covariance(parameter, parameter));
@@ -120,14 +157,10 @@ LeastSquaresFit fit_least_squares(const Residuals& residuals,
     functor.df(fit.parameters, jacobian);
   }
   fit.sum_of_squares = values.squaredNorm();
-  // 3. Certainty; columns scaled to one length, which cancels in the end
-  const Eigen::VectorXd lengths = jacobian.colwise().norm().transpose().cwiseMax(1e-300);
-  const Eigen::MatrixXd scaled = jacobian * lengths.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).inverse();
+  // 3. Certainty
   const double variance =
       scale == ResidualScale::known ? 1.0 : fit.sum_of_squares / std::max(1, fit.freedom);
-  fit.covariance = variance * (lengths.cwiseInverse().asDiagonal() * inverse *
-                               lengths.cwiseInverse().asDiagonal());
+  fit.covariance = variance * inverse_of_normal_matrix(jacobian, fit);
   const double exact = 1e-24 * functor.at(start).squaredNorm();
   fit.converged = fit.covariance.allFinite() &&
                   (fit.sum_of_squares <= exact || largest_cosine(jacobian, values) < 1e-5);

@@ -16,12 +16,17 @@ struct LeastSquaresFit {
   Eigen::VectorXd parameters;
   // s^2 (J^T J)^-1 with s^2 = sum of squares / freedom; s^2 = 1 where the scale is known.
   Eigen::MatrixXd covariance;
+  // Columns of length 1, in units of the parameters at the fit: moves along which no residual
+  // changes, so that only what lies across them is determined. Empty where all parameters are;
+  // otherwise the covariance of those that take part in such a move is infinite.
+  Eigen::MatrixXd undetermined;
   double sum_of_squares = 0.0;
   int freedom = 0;  // residuals less parameters
   // The residuals stand at right angles on every derivative. Parameters of a fit that has not
   // converged are where it gave up.
   bool converged = false;
 
+  bool determines(int parameter) const;
   double standard_error(int parameter) const;
   // Half the width of the 95 % interval of one parameter: Student's t where the scale is estimated,
   // 1.96 where it is known.
