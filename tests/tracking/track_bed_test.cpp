@@ -240,5 +240,60 @@ TEST(TrackBed, TakesInterlacedFramesApart) {
   EXPECT_TRUE(tells(tracked.summary, "interlaced"));
 }
 
+// The same discharge with the shutter open all the time, at a quarter of the rate.
+TEST(TrackBed, MapsWhatStandsStillWherePlatesAreSmeared) {
+  constexpr int exposures = 8, smeared_frames = 8;
+  constexpr double slow_rate = 30.0, rest = 0.1;  // Hz; s of film before the opening
+  const SyntheticBed bed = make_bed();
+  std::vector<cv::Mat> pictures;
+  for (int k = 0; k < smeared_frames; ++k) {
+    cv::Mat sum;
+    for (int i = 0; i < exposures; ++i) {
+      const double time = (k + (i + 0.5) / exposures) / slow_rate - rest + opening;
+      cv::Mat one;
+      draw_bed(bed, poses_at(time), time > opening, k).convertTo(one, CV_32FC3, 1.0 / exposures);
+      sum = sum.empty() ? one : cv::Mat(sum + one);
+    }
+    sum.convertTo(pictures.emplace_back(), CV_8UC3);
+  }
+  datasets::Experiment experiment = bed.scene.experiment;
+  experiment.camera.frame_rate = slow_rate;
+  const TrackedBed tracked = track(experiment, pictures, slow_rate);
+  ASSERT_EQ(tracked.stagnant.maps.size(), static_cast<std::size_t>(smeared_frames));
+  EXPECT_TRUE(tells(tracked.summary, "smeared"));
+  const datasets::EllipticalPlate& plate = *experiment.particle.plate;
+  const double diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor);
+  // Four columns of five rows stand, two fall: in each frame and column beside the orifice the top
+  // of the uppermost plate
+  const double top = 0.0075 + 4 * 0.0165 + plate.semi_minor;
+  int columns = 0;
+  for (std::size_t i = 0; i < tracked.stagnant.x.size(); ++i) {
+    // Between the two standing plates of a row nothing is seen to stand
+    const double x = std::abs(tracked.stagnant.x[i]);
+    if (std::abs(x - 0.055) > 0.5 * diameter && std::abs(x - 0.033) > 0.5 * diameter) continue;
+    for (const std::vector<double>& heights : tracked.stagnant.height) {
+      if (std::isnan(heights[i])) continue;
+      EXPECT_NEAR(heights[i], top, 0.5 * diameter) << "at x = " << tracked.stagnant.x[i];
+      ++columns;
+    }
+  }
+  EXPECT_GT(columns, 4 * smeared_frames);
+  // Over the orifice it moves once it has opened
+  const datasets::StagnantMap& flowing = tracked.stagnant.maps[5];
+  for (std::size_t i = 0; i < flowing.x.size(); ++i)
+    for (std::size_t row = 0; row < flowing.z.size(); ++row)
+      if (std::abs(flowing.x[i]) < 0.015) {
+        EXPECT_NE(flowing.at(i, row), datasets::Ground::still)
+            << flowing.x[i] << ' ' << flowing.z[row];
+      }
+  // The plates that stand are listed throughout, those that fall while they rest
+  for (std::size_t p = 0; p < 30; ++p) {
+    const datasets::Pose& first = tracked.trajectories.poses[tracked.trajectories.index(0, p)];
+    ASSERT_TRUE(std::isfinite(first.x));
+    const datasets::Pose& late = tracked.trajectories.poses[tracked.trajectories.index(6, p)];
+    EXPECT_EQ(std::isfinite(late.x), std::abs(first.x) > 0.025) << first.x << ' ' << first.z;
+  }
+}
+
 }  // namespace
 }  // namespace graintruth::tracking
