@@ -15,6 +15,7 @@ namespace graintruth::tracking {
 namespace {
 
 constexpr double lost_score = 0.8;           // plates score 0.98 and more where they are
+constexpr double good_score = 0.9;           // less is doubted where plates move far
 constexpr double largest_gain_change = 1.6;  // factor; light changes slowly, blur a little
 constexpr double deepest_overlap = 0.85;     // touching scale
 constexpr double least_visible = 0.35;       // of its area; less is too little to fit
@@ -363,6 +364,13 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
   // Neighbours of a plate that had been fitted in a wrong place are seen better once it has left it
   constexpr int most_rounds = 3;
   for (int round = 0; open && is_coarse() && round < most_rounds; ++round) {
+    // One that is half explained may lie between two plates and hide both
+    for (std::size_t k = 0; k < tracks_.size(); ++k) {
+      if (index_of[k] < 0 || measured[k].score > good_score) continue;
+      fit.remove(static_cast<std::size_t>(index_of[k]));
+      index_of[k] = -1;
+      (tracks_[k].unseen > 0 ? waiting : lost).push_back(k);
+    }
     if (!tell_apart(fit, frame, predicted, lost, waiting, index_of, measured)) break;
     fit_all(fit, index_of);
     if (retry_doubtful(fit, index_of)) fit_all(fit, index_of);
@@ -408,8 +416,9 @@ std::vector<BedTracks::Found> BedTracks::find_strangers(BedFit& fit, const cv::M
   std::vector<Found> found;
   for (int tries = 0; tries < 2 * most && static_cast<int>(found.size()) < most; ++tries) {
     cv::Mat1f mean;
-    cv::boxFilter(fit.residual(), mean, CV_32F, {side, side});
+    fit.residual().copyTo(mean);
     mean.setTo(0.0F, view.usable == 0);
+    cv::boxFilter(mean, mean, CV_32F, {side, side});
     mean.setTo(0.0F, taken);
     double highest = 0.0;
     cv::Point at;
