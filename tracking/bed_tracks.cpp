@@ -116,7 +116,8 @@ Eigen::Vector2d BedTracks::gained_about(const datasets::Pose& place) const {
   for (const PlateTrack& track : tracks_) {
     const std::size_t n = track.sightings.size();
     if (track.left_at >= 0 || n < 3) continue;
-    const auto &a = track.sightings[n - 3], &b = track.sightings[n - 2], &c = track.sightings[n - 1];
+    const auto &a = track.sightings[n - 3], &b = track.sightings[n - 2],
+               &c = track.sightings[n - 1];
     if (!a || !b || !c) continue;
     if (std::hypot(c->pose.x - place.x, c->pose.z - place.z) > 5.0 * scene_.shape.semi_major)
       continue;
@@ -476,17 +477,17 @@ bool BedTracks::tell_apart(BedFit& fit,
   std::vector<double> differences;
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
     if (index_of[k] < 0) continue;
-    places.push_back({static_cast<std::size_t>(index_of[k]),
-                      measured[k],
-                      colour_of(frame, measured[k].pose)});
+    places.push_back(
+        {static_cast<std::size_t>(index_of[k]), measured[k], colour_of(frame, measured[k].pose)});
     tracks.push_back(k);
     differences.push_back((places.back().colour - tracks_[k].colour).norm());
   }
   tracks.insert(tracks.end(), lost.begin(), lost.end());
   tracks.insert(tracks.end(), waiting.begin(), waiting.end());
   if (places.empty()) return false;
-  // 2. Costs. Collisions change speeds by about as much as gravity does. Colours err by what those
-  // of this frame do: video shares them among rows, which blends the fields of an interlaced frame.
+  // 2. Costs. Collisions change speeds by about as much as gravity does, and may stop a plate at
+  // any part of its way. Colours err by what those of this frame do: video shares them among rows,
+  // which blends the fields of an interlaced frame.
   const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
   std::nth_element(differences.begin(), middle, differences.end());
   const double colour_sigma = std::max(0.06, differences.empty() ? 0.0 : *middle);
@@ -498,9 +499,18 @@ bool BedTracks::tell_apart(BedFit& fit,
     const PlateTrack& track = tracks_[tracks[i]];
     const datasets::Pose& expected = predicted[tracks[i]];
     const double sigma = step_sigma * (1.0 + track.unseen);
+    const datasets::Pose& last = track.sightings.back()->pose;
+    const Eigen::Vector2d way(expected.x - last.x, expected.z - last.z);
+    const double length = track.unseen > 0 ? 0.0 : way.norm();
     for (std::size_t j = 0; j < places.size(); ++j) {
       const datasets::Pose& pose = places[j].plate.pose;
-      const double distance = std::hypot(pose.x - expected.x, pose.z - expected.z) / sigma;
+      const Eigen::Vector2d off(pose.x - expected.x, pose.z - expected.z);
+      const double short_of = length > 0.0 ? -off.dot(way) / length : 0.0;
+      const bool is_slowed = short_of > 0.0 && short_of < length;
+      const double across = std::sqrt(std::max(0.0, off.squaredNorm() - short_of * short_of));
+      const double distance =
+          is_slowed ? std::hypot(across / sigma, short_of / std::max(sigma, 0.5 * length))
+                    : off.norm() / sigma;
       const double colour = (places[j].colour - track.colour).norm() / colour_sigma;
       cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
           distance > gate ? forbidden : distance * distance + std::min(16.0, colour * colour);
