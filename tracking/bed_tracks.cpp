@@ -506,7 +506,7 @@ bool BedTracks::tell_apart(BedFit& fit,
       const datasets::Pose& pose = places[j].plate.pose;
       const Eigen::Vector2d off(pose.x - expected.x, pose.z - expected.z);
       const double short_of = length > 0.0 ? -off.dot(way) / length : 0.0;
-      const bool is_slowed = short_of > 0.0 && short_of < length;
+      const bool is_slowed = short_of > 0.0 && short_of < length + sigma;
       const double across = std::sqrt(std::max(0.0, off.squaredNorm() - short_of * short_of));
       const double distance =
           is_slowed ? std::hypot(across / sigma, short_of / std::max(sigma, 0.5 * length))
