@@ -51,14 +51,20 @@ BedTracks::BedTracks(const BedScene& scene, const FirstBed& bed, const cv::Mat& 
   }
 }
 
-// Codecs shift blocks of pixels but cannot turn them, so that parts of a turning plate lag behind
-// each other: the angle's errors are asked of both parts. Position errors show in blocks.
+// Position errors show in blocks. Codecs shift blocks of pixels but cannot turn them, so that parts
+// of a turning plate lag behind each other, each as a whole: an error between parts, which does not
+// shrink as that of single pixels does (random effects, DerSimonian and Laird 1986). With B what
+// blocks tell, H the parts' squared difference over what white residuals make of it, and L the
+// leverage:
+//   inflation of the angle = B + L (H - B).
 Eigen::Vector3d BedTracks::variance_inflation(Pace pace) const {
   const Inflation& inflation = inflation_[static_cast<std::size_t>(pace)];
   if (inflation.count == 0.0) return Eigen::Vector3d::Ones();
-  Eigen::Vector3d result = inflation.blocks / inflation.count;
-  result[2] = std::max(result[2], inflation.halves[2] / inflation.count);
-  return result.cwiseMax(1.0);
+  Eigen::Vector3d result = (inflation.blocks / inflation.count).cwiseMax(1.0);
+  const double halves = inflation.halves[2] / inflation.count;
+  const double leverage = inflation.leverage[2] / inflation.count;
+  result[2] += leverage * std::max(0.0, halves - result[2]);
+  return result;
 }
 
 Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose& pose) const {
@@ -402,6 +408,7 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
       Inflation& inflation = inflation_[static_cast<std::size_t>(pace_of(tracks_[k]))];
       inflation.blocks += variances.blocks;
       inflation.halves += variances.halves;
+      inflation.leverage += variances.leverage;
       inflation.count += 1.0;
     }
   }

@@ -109,6 +109,7 @@ class BedTracks {
   std::deque<Memory> memory_;
   struct Inflation {
     Eigen::Vector3d blocks = Eigen::Vector3d::Zero(), halves = Eigen::Vector3d::Zero();
+    Eigen::Vector3d leverage = Eigen::Vector3d::Zero();
     double count = 0.0;
   };
   std::array<Inflation, 3> inflation_;  // one a pace
