@@ -2,6 +2,8 @@
 // plates at rest and in flow, position and angle error, calibration of the stated uncertainty,
 // identity, discharge count, time zero, speed. Prints a table and writes it as CSV.
 //   bench_tracking_macro [OUT.csv] [EXPERIMENT.toml] [part of a film's name]
+// Without an experiment file: the fifteen films, the interlaced one and the one with a slow
+// shutter.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -199,21 +201,38 @@ StagnantFigures compare_stagnant(const tracking::StagnantBed& film,
   return figures;
 }
 
+// A film and the experiment that names it.
+struct Filmed {
+  datasets::Experiment experiment;
+  datasets::Replicate replicate;
+};
+
+// The films of `file`, or all of the data set; those whose name holds `part`.
+std::vector<Filmed> films_of(const std::string& file, const std::string& part) {
+  const std::filesystem::path folder =
+      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/macro";
+  std::vector<std::filesystem::path> files = {folder / "experiment.toml",
+                                              folder / "other_cameras.toml"};
+  if (!file.empty()) files = {file};
+  std::vector<Filmed> films;
+  for (const std::filesystem::path& each : files) {
+    try {
+      const datasets::Experiment experiment = datasets::load_experiment(each);
+      for (const datasets::Replicate& replicate : experiment.replicates)
+        if (replicate.name.find(part) != std::string::npos)
+          films.push_back({experiment, replicate});
+    } catch (const std::exception& error) {
+      fmt::print("skipped: {}\n", error.what());
+    }
+  }
+  return films;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::filesystem::path file =
-      argc > 2 ? argv[2]
-               : std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/macro/experiment.toml";
   const std::filesystem::path out = argc > 1 ? argv[1] : "tracking_macro.csv";
-  const std::string only = argc > 3 ? argv[3] : "";
-  datasets::Experiment experiment;
-  try {
-    experiment = datasets::load_experiment(file);
-  } catch (const std::exception& error) {
-    fmt::print("skipped: {}\n", error.what());
-    return 0;
-  }
+  const std::vector<Filmed> films = films_of(argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
   datasets::Table table({"replicate",
                          "still_missed_percent",
                          "still_false_percent",
@@ -250,8 +269,7 @@ int main(int argc, char** argv) {
              "event ms",
              "g",
              "fps");
-  for (const datasets::Replicate& replicate : experiment.replicates) {
-    if (replicate.name.find(only) == std::string::npos) continue;
+  for (const auto& [experiment, replicate] : films) {
     const datasets::Experiment filmed =
         tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
     const std::clock_t start = std::clock();
