@@ -23,7 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Changes whenever the tracker gives other numbers for the same film.
-constexpr const char* tracker_version = "4";
+constexpr const char* tracker_version = "5";
 
 // Of the film and of everything in the experiment that the tracker looks at.
 std::string hash_of(const datasets::Experiment& experiment, const std::string& film_hash) {
@@ -122,8 +122,8 @@ Json bed_json(const tracking::BedSummary& bed) {
           {"doubtful_frames", bed.doubtful_frames}};
 }
 
-// frame, time_s, x_m, z_m: the bed stands still from the floor up to z at x; nothing over the
-// orifice.
+// frame, time_s, x_m, z_m: the bed stands still (datasets/stagnant.h) from the floor up to z at x;
+// nothing over the orifice.
 void write_stagnant(const std::filesystem::path& file, const tracking::TrackedBed& bed) {
   datasets::Table table({"frame", "time_s", "x_m", "z_m"});
   for (std::size_t frame = 0; frame < bed.stagnant.height.size(); ++frame) {

@@ -276,6 +276,33 @@ VelocityProfile measure_profile(
   return profile;
 }
 
+datasets::StagnantMap measure_stagnant(const Trajectories& tracks,
+                                       const BulkRig& rig,
+                                       double height,
+                                       std::size_t from,
+                                       std::size_t to) {
+  datasets::StagnantMap map = datasets::make_stagnant_map(rig.width, height, rig.particle_diameter);
+  const double limit = datasets::stagnant_speed(rig.particle_diameter, rig.gravity) *
+                       (tracks.time[to] - tracks.time[from]);
+  const double reach = 0.6 * rig.particle_diameter;
+  for (std::size_t column = 0; column < map.x.size(); ++column) {
+    for (std::size_t row = 0; row < map.z.size(); ++row) {
+      double least = reach;
+      for (std::size_t p = 0; p < static_cast<std::size_t>(tracks.particles); ++p) {
+        const Pose &before = tracks.poses[tracks.index(from, p)],
+                   &after = tracks.poses[tracks.index(to, p)];
+        // Not seen compares false
+        const double distance = std::hypot(before.x - map.x[column], before.z - map.z[row]);
+        if (!(distance < least)) continue;
+        least = distance;
+        const bool is_still = std::hypot(after.x - before.x, after.z - before.z) < limit;
+        map.at(column, row) = is_still ? datasets::Ground::still : datasets::Ground::moving;
+      }
+    }
+  }
+  return map;
+}
+
 BinMeasurement measure_bin(const Trajectories& tracks,
                            const BulkRig& rig,
                            std::optional<double> profile_height) {

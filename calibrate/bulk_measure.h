@@ -8,6 +8,7 @@
 
 #include "calibrate/kinematic.h"
 #include "datasets/experiment.h"
+#include "datasets/stagnant.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::calibrate {
@@ -89,6 +90,15 @@ VelocityProfile measure_profile(const datasets::Trajectories& tracks,
                                 double height,
                                 double from,
                                 double to);
+
+// What stood still between two frames (datasets/stagnant.h). A place is that of the particle whose
+// centre is nearest, or of none where that is more than 0.6 diameters away; a particle that is not
+// seen in both frames moves. `height` (m) of the bin, as far as it is looked at.
+datasets::StagnantMap measure_stagnant(const datasets::Trajectories& tracks,
+                                       const BulkRig& rig,
+                                       double height,
+                                       std::size_t from,
+                                       std::size_t to);
 
 // All that is measured of one run, filmed or simulated.
 struct BinMeasurement {

@@ -278,6 +278,7 @@ BedFit::Variances BedFit::variances(std::size_t index) const {
   const Matrix sandwich = inverse * correlated * inverse;
   const double white = square / std::max(1, used - 5);
   Vector difference = Vector::Zero(), expected = Vector::Zero();
+  std::array<Vector, 2> weight;  // of each part in the whole, by its information
   for (std::size_t part = 0; part < 2; ++part) {
     Matrix whole = part_matrix[part].selfadjointView<Eigen::Lower>();
     // Inside there is no ground
@@ -285,9 +286,13 @@ BedFit::Variances BedFit::variances(std::size_t index) const {
     const Matrix part_inverse = whole.inverse();
     difference += (part == 0 ? 1.0 : -1.0) * part_inverse * part_right[part];
     expected += white * part_inverse.diagonal();
+    weight[part] = part_inverse.diagonal().cwiseInverse();
   }
+  const Vector squares = weight[0].cwiseAbs2() + weight[1].cwiseAbs2();
+  const Vector product = weight[0].cwiseProduct(weight[1]);
   return {(sandwich.diagonal().cwiseQuotient(white * inverse.diagonal())).head<3>(),
-          difference.cwiseAbs2().cwiseQuotient(expected).head<3>()};
+          difference.cwiseAbs2().cwiseQuotient(expected).head<3>(),
+          (0.5 * squares.cwiseQuotient(product)).head<3>()};
 }
 
 double BedFit::gain_at(const datasets::Pose& pose, double* score) const {

@@ -63,9 +63,11 @@ class BedFit {
   // Squared errors of x, z and angle over what white residuals would make of them. `blocks`: sums
   // over blocks of pixels in place of single ones (Liang and Zeger 1986). `halves`: the inner and
   // the outer part of the plate asked separately, which tells of errors that a whole part shares,
-  // such as holes that a codec lets lag behind a turning rim.
+  // such as holes that a codec lets lag behind a turning rim. `leverage`: of an error that each
+  // part has of its own, its square in the whole over what it adds to `halves`,
+  //   (w1^2 + w2^2) / (2 w1 w2),  w the parts' weights by information.
   struct Variances {
-    Eigen::Vector3d blocks, halves;
+    Eigen::Vector3d blocks, halves, leverage;
   };
   Variances variances(std::size_t plate) const;
   // Brightness and score of a plate that is not in the model, were it at `pose`.

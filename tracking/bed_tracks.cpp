@@ -15,6 +15,7 @@ namespace graintruth::tracking {
 namespace {
 
 constexpr double lost_score = 0.8;           // plates score 0.98 and more where they are
+constexpr double good_score = 0.9;           // less is doubted where plates move far
 constexpr double largest_gain_change = 1.6;  // factor; light changes slowly, blur a little
 constexpr double deepest_overlap = 0.85;     // touching scale
 constexpr double least_visible = 0.35;       // of its area; less is too little to fit
@@ -50,14 +51,20 @@ BedTracks::BedTracks(const BedScene& scene, const FirstBed& bed, const cv::Mat& 
   }
 }
 
-// Codecs shift blocks of pixels but cannot turn them, so that parts of a turning plate lag behind
-// each other: the angle's errors are asked of both parts. Position errors show in blocks.
+// Position errors show in blocks. Codecs shift blocks of pixels but cannot turn them, so that parts
+// of a turning plate lag behind each other, each as a whole: an error between parts, which does not
+// shrink as that of single pixels does (random effects, DerSimonian and Laird 1986). With B what
+// blocks tell, H the parts' squared difference over what white residuals make of it, and L the
+// leverage:
+//   inflation of the angle = B + L (H - B).
 Eigen::Vector3d BedTracks::variance_inflation(Pace pace) const {
   const Inflation& inflation = inflation_[static_cast<std::size_t>(pace)];
   if (inflation.count == 0.0) return Eigen::Vector3d::Ones();
-  Eigen::Vector3d result = inflation.blocks / inflation.count;
-  result[2] = std::max(result[2], inflation.halves[2] / inflation.count);
-  return result.cwiseMax(1.0);
+  Eigen::Vector3d result = (inflation.blocks / inflation.count).cwiseMax(1.0);
+  const double halves = inflation.halves[2] / inflation.count;
+  const double leverage = inflation.leverage[2] / inflation.count;
+  result[2] += leverage * std::max(0.0, halves - result[2]);
+  return result;
 }
 
 Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose& pose) const {
@@ -83,16 +90,57 @@ Eigen::Vector3f BedTracks::colour_of(const cv::Mat& frame, const datasets::Pose&
   return sum / static_cast<float>(std::max(1, used)) / static_cast<float>(bed_.usual_gain);
 }
 
-// As fast as in the last frame, and free fall below the orifice.
+// As fast as in the last frame, and free fall below the orifice. Where gravity carries plates far
+// between frames they fall freely from the arch over the orifice on, which is about as high as the
+// orifice's half width (free-fall arch, Hilton and Cleary 2011); elsewhere each gains as much speed
+// as those about it just did.
 datasets::Pose BedTracks::predict(const PlateTrack& track) const {
   datasets::Pose pose = track.expected;
   pose.x += track.velocity.x;
   pose.z += track.velocity.z;
   pose.angle += track.velocity.angle;
-  const bool falls = opened_at_ >= 0 && pose.z < 0.0;
-  if (falls) pose.z -= track.unseen > 0 ? 0.0 : fall_;
+  // No plate gets into a wall
+  const double side =
+      0.5 * scene_.experiment.rig.bin->width - deepest_overlap * scene_.shape.semi_minor;
+  if (is_coarse()) pose.x = std::clamp(pose.x, -side, side);
+  if (opened_at_ < 0 || track.unseen > 0) return pose;
+  const double half_orifice = 0.5 * scene_.experiment.rig.bin->orifice_width;
+  const bool in_arch = is_coarse() && std::abs(pose.x) < half_orifice && pose.z < half_orifice;
+  if (pose.z < 0.0 || in_arch) {
+    pose.z -= fall_;
+  } else if (is_coarse()) {
+    const Eigen::Vector2d gained = gained_about(track.expected);
+    pose.x += gained.x();
+    pose.z += gained.y();
+  }
   return pose;
 }
+
+// Median change of velocity, m a frame, of the plates within two and a half lengths.
+Eigen::Vector2d BedTracks::gained_about(const datasets::Pose& place) const {
+  std::vector<double> x, z;
+  for (const PlateTrack& track : tracks_) {
+    const std::size_t n = track.sightings.size();
+    if (track.left_at >= 0 || n < 3) continue;
+    const auto &a = track.sightings[n - 3], &b = track.sightings[n - 2],
+               &c = track.sightings[n - 1];
+    if (!a || !b || !c) continue;
+    if (std::hypot(c->pose.x - place.x, c->pose.z - place.z) > 5.0 * scene_.shape.semi_major)
+      continue;
+    x.push_back(c->pose.x - 2.0 * b->pose.x + a->pose.x);
+    z.push_back(c->pose.z - 2.0 * b->pose.z + a->pose.z);
+  }
+  constexpr std::size_t enough = 3;
+  if (x.size() < enough) return {0.0, 0.0};
+  const auto median = [](std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {median(x), median(z)};
+}
+
+bool BedTracks::is_coarse() const { return fall_ > coarse_share * scene_.shape.semi_minor; }
 
 // By how far the rim moves in a frame.
 Pace BedTracks::pace_of(const PlateTrack& track) const {
@@ -109,7 +157,14 @@ bool BedTracks::has_left(const PlateFit& plate, const datasets::Pose& expected) 
 bool BedTracks::is_lost(const PlateFit& plate, const PlateTrack& track) const {
   const double change = plate.gain / track.gain;
   return plate.score < lost_score || change > largest_gain_change ||
-         change < 1.0 / largest_gain_change || plate.visible < least_visible;
+         change < 1.0 / largest_gain_change || plate.visible < least_visible ||
+         is_in_wall(plate.pose);
+}
+
+// Nearer to a side wall of the bin than a plate can be.
+bool BedTracks::is_in_wall(const datasets::Pose& pose) const {
+  const double room = 0.5 * scene_.experiment.rig.bin->width - std::abs(pose.x);
+  return pose.z > 0.0 && room < deepest_overlap * scene_.shape.semi_minor;
 }
 
 void BedTracks::fit_all(BedFit& fit, const std::vector<int>& index_of) {
@@ -278,7 +333,9 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
     if (track.left_at >= 0) continue;
     track.expected = predict(track);
   }
-  if (open && fall_ > coarse_share * scene_.shape.semi_minor) match_coarsely(coarse);
+  std::vector<datasets::Pose> predicted;
+  for (const PlateTrack& track : tracks_) predicted.push_back(track.expected);
+  if (open && is_coarse()) match_coarsely(coarse);
   coarse_ = coarse;
 
   // 2. All plates that were seen in the last frame fitted together
@@ -311,11 +368,36 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
     fit.remove(static_cast<std::size_t>(index_of[k]));
     index_of[k] = -1;
   }
+  // Neighbours of a plate that had been fitted in a wrong place are seen better once it has left it
+  constexpr int most_rounds = 3;
+  for (int round = 0; open && is_coarse() && round < most_rounds; ++round) {
+    // One that is half explained may lie between two plates and hide both
+    for (std::size_t k = 0; k < tracks_.size(); ++k) {
+      if (index_of[k] < 0 || measured[k].score > good_score) continue;
+      fit.remove(static_cast<std::size_t>(index_of[k]));
+      index_of[k] = -1;
+      (tracks_[k].unseen > 0 ? waiting : lost).push_back(k);
+    }
+    if (!tell_apart(fit, frame, predicted, lost, waiting, index_of, measured)) break;
+    fit_all(fit, index_of);
+    if (retry_doubtful(fit, index_of)) fit_all(fit, index_of);
+    for (std::size_t k = 0; k < tracks_.size(); ++k)
+      if (index_of[k] >= 0) measured[k] = fit.measure(static_cast<std::size_t>(index_of[k]));
+    for (const std::size_t k : find_lost(index_of, measured)) {
+      fit.remove(static_cast<std::size_t>(index_of[k]));
+      index_of[k] = -1;
+      (tracks_[k].unseen > 0 ? waiting : lost).push_back(k);
+    }
+  }
   lost.insert(lost.end(), waiting.begin(), waiting.end());
 
   // 4. The lost ones looked for in what the others leave unexplained
-  for (std::size_t k = 0; k < tracks_.size(); ++k)
-    if (index_of[k] >= 0) accept(tracks_[k], measured[k], frame, number);
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0) continue;
+    const int gap = tracks_[k].unseen;
+    accept(tracks_[k], measured[k], frame, number);
+    if (gap > 0) fill_gap(k, number - gap, number);
+  }
   if (!lost.empty()) recover(fit, frame, number, lost);
 
   // 5. How far the residuals are from white
@@ -326,8 +408,198 @@ void BedTracks::follow(const cv::Mat& frame, int number, int parity) {
       Inflation& inflation = inflation_[static_cast<std::size_t>(pace_of(tracks_[k]))];
       inflation.blocks += variances.blocks;
       inflation.halves += variances.halves;
+      inflation.leverage += variances.leverage;
       inflation.count += 1.0;
     }
+  }
+}
+
+// Plates that no track was fitted to: wherever as much as a plate stays unexplained.
+std::vector<BedTracks::Found> BedTracks::find_strangers(BedFit& fit, const cv::Mat& frame) const {
+  const BedView& view = fit.view();
+  const int side = std::max(3, static_cast<int>(1.4 * scene_.shape.semi_minor / pixel_)) | 1;
+  constexpr double least_share = 0.35;  // of the usual brightness, as in the first frame
+  constexpr int most = 12;              // a frame; more is a frame that nobody understands
+  cv::Mat1b taken(view.usable.size(), std::uint8_t{0});
+  std::vector<Found> found;
+  for (int tries = 0; tries < 2 * most && static_cast<int>(found.size()) < most; ++tries) {
+    cv::Mat1f mean;
+    fit.residual().copyTo(mean);
+    mean.setTo(0.0F, view.usable == 0);
+    cv::boxFilter(mean, mean, CV_32F, {side, side});
+    mean.setTo(0.0F, taken);
+    double highest = 0.0;
+    cv::Point at;
+    cv::minMaxLoc(mean, nullptr, &highest, nullptr, &at);
+    if (highest < least_share * bed_.usual_gain) break;
+    cv::circle(taken, at, side / 2, cv::Scalar(255), cv::FILLED);
+    const Eigen::Vector2d plane = view.camera->unproject(
+        {static_cast<double>(view.region.x + at.x), static_cast<double>(view.region.y + at.y)});
+    PlateTrack nobody;
+    nobody.expected = {plane.x(), plane.y(), 0.0};
+    nobody.gain = highest;
+    const std::optional<Found> one = seek(fit, frame, nobody);
+    if (!one || overlaps_any(fit, one->plate.pose)) continue;
+    Found kept = *one;
+    kept.index = fit.add(one->plate.pose, one->plate.gain);
+    found.push_back(kept);
+  }
+  return found;
+}
+
+// Hard plates do not overlap.
+bool BedTracks::overlaps_any(const BedFit& fit, const datasets::Pose& pose) const {
+  for (std::size_t other = 0; other < fit.size(); ++other) {
+    if (!fit.is_present(other)) continue;
+    const datasets::Pose& a = fit.pose(other);
+    if (std::hypot(a.x - pose.x, a.z - pose.z) < 2.0 * scene_.shape.semi_major &&
+        touching_scale(a, pose, scene_.shape) < deepest_overlap)
+      return true;
+  }
+  return false;
+}
+
+// Where plates move by about their own length in a frame, one may have been fitted where its
+// neighbour is now. All places, and those that nobody was fitted to, are given to the tracks anew:
+// by how far each lies from the prediction, and by colour. Returns whether any changed its place.
+bool BedTracks::tell_apart(BedFit& fit,
+                           const cv::Mat& frame,
+                           const std::vector<datasets::Pose>& predicted,
+                           std::vector<std::size_t>& lost,
+                           std::vector<std::size_t>& waiting,
+                           std::vector<int>& index_of,
+                           std::vector<PlateFit>& measured) const {
+  // 1. Places
+  std::vector<Found> places = find_strangers(fit, frame);
+  for (const std::vector<std::size_t>* missing : {&lost, &waiting}) {
+    for (const std::size_t k : *missing) {
+      const std::optional<Found> one = seek(fit, frame, tracks_[k]);
+      if (!one || overlaps_any(fit, one->plate.pose)) continue;
+      places.push_back(*one);
+      places.back().index = fit.add(one->plate.pose, one->plate.gain);
+    }
+  }
+  const std::size_t strangers = places.size();
+  std::vector<std::size_t> tracks;  // all that may own one
+  std::vector<double> differences;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (index_of[k] < 0) continue;
+    places.push_back(
+        {static_cast<std::size_t>(index_of[k]), measured[k], colour_of(frame, measured[k].pose)});
+    tracks.push_back(k);
+    differences.push_back((places.back().colour - tracks_[k].colour).norm());
+  }
+  tracks.insert(tracks.end(), lost.begin(), lost.end());
+  tracks.insert(tracks.end(), waiting.begin(), waiting.end());
+  if (places.empty()) return false;
+  // 2. Costs. Collisions change speeds by about as much as gravity does, and may stop a plate at
+  // any part of its way. Colours err by what those of this frame do: video shares them among rows,
+  // which blends the fields of an interlaced frame.
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  const double colour_sigma = std::max(0.06, differences.empty() ? 0.0 : *middle);
+  const double step_sigma = 0.6 * fall_;
+  constexpr double forbidden = 1.0e6, gate = 6.0;
+  Eigen::MatrixXd cost(static_cast<Eigen::Index>(tracks.size()),
+                       static_cast<Eigen::Index>(places.size()));
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const PlateTrack& track = tracks_[tracks[i]];
+    const datasets::Pose& expected = predicted[tracks[i]];
+    const double sigma = step_sigma * (1.0 + track.unseen);
+    const datasets::Pose& last = track.sightings.back()->pose;
+    const Eigen::Vector2d way(expected.x - last.x, expected.z - last.z);
+    const double length = track.unseen > 0 ? 0.0 : way.norm();
+    for (std::size_t j = 0; j < places.size(); ++j) {
+      const datasets::Pose& pose = places[j].plate.pose;
+      const Eigen::Vector2d off(pose.x - expected.x, pose.z - expected.z);
+      const double short_of = length > 0.0 ? -off.dot(way) / length : 0.0;
+      const bool is_slowed = short_of > 0.0 && short_of < length + sigma;
+      const double across = std::sqrt(std::max(0.0, off.squaredNorm() - short_of * short_of));
+      const double distance =
+          is_slowed ? std::hypot(across / sigma, short_of / std::max(sigma, 0.5 * length))
+                    : off.norm() / sigma;
+      const double colour = (places[j].colour - track.colour).norm() / colour_sigma;
+      cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          distance > gate ? forbidden : distance * distance + std::min(16.0, colour * colour);
+    }
+  }
+  std::vector<int> place_of = assign(cost, forbidden);
+  // 3. Hard plates between two panes cannot pass through each other: of two whose ways would, each
+  // goes where the other was to
+  std::vector<datasets::Pose> goals;
+  for (const Found& place : places) goals.push_back(place.plate.pose);
+  undo_crossings(tracks, goals, place_of);
+  // 4. Everybody moves to the place given
+  std::vector<char> used(places.size(), 0);
+  lost.clear();
+  waiting.clear();
+  bool changed = false;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const std::size_t k = tracks[i];
+    const int before = index_of[k];
+    if (place_of[i] < 0) {
+      index_of[k] = -1;
+      (tracks_[k].unseen > 0 ? waiting : lost).push_back(k);
+      continue;
+    }
+    const auto j = static_cast<std::size_t>(place_of[i]);
+    used[j] = 1;
+    index_of[k] = static_cast<int>(places[j].index);
+    measured[k] = places[j].plate;
+    measured[k].pose.angle =
+        predicted[k].angle + axis_difference(measured[k].pose.angle, predicted[k].angle);
+    changed = changed || index_of[k] != before;
+  }
+  for (std::size_t j = 0; j < strangers; ++j)
+    if (!used[j]) fit.remove(places[j].index);
+  return changed;
+}
+
+void BedTracks::undo_crossings(const std::vector<std::size_t>& tracks,
+                               const std::vector<datasets::Pose>& places,
+                               std::vector<int>& place_of) const {
+  struct Way {
+    Eigen::Vector2d from, step;
+  };
+  const auto way_of = [&](std::size_t i, int place) {
+    const datasets::Pose& from = tracks_[tracks[i]].sightings.back()->pose;
+    const datasets::Pose& to = places[static_cast<std::size_t>(place)];
+    return Way{{from.x, from.z}, {to.x - from.x, to.z - from.z}};
+  };
+  // Straight ways at even speed, m: nearer than two plates side by side is impossible
+  const double least_distance = deepest_overlap * 2.0 * scene_.shape.semi_minor;
+  const auto cross = [&](const Way& a, const Way& b) {
+    const Eigen::Vector2d apart = b.from - a.from, change = b.step - a.step;
+    const double square = change.squaredNorm();
+    const double share = square > 0.0 ? std::clamp(-apart.dot(change) / square, 0.0, 1.0) : 0.0;
+    return (apart + share * change).norm() < least_distance;
+  };
+  std::vector<std::size_t> moving;  // those whose ways are known
+  for (std::size_t i = 0; i < tracks.size(); ++i)
+    if (place_of[i] >= 0 && tracks_[tracks[i]].unseen == 0) moving.push_back(i);
+  // How many others a track would cross on its way to a place, `but` for one
+  const auto crossed_by = [&](std::size_t i, int place, std::size_t but) {
+    const Way own = way_of(i, place);
+    int count = 0;
+    for (const std::size_t other : moving)
+      if (other != i && other != but) count += cross(own, way_of(other, place_of[other]));
+    return count;
+  };
+  constexpr int most_passes = 4;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    bool changed = false;
+    for (const std::size_t i : moving) {
+      for (const std::size_t j : moving) {
+        if (j <= i || !cross(way_of(i, place_of[i]), way_of(j, place_of[j]))) continue;
+        if (cross(way_of(i, place_of[j]), way_of(j, place_of[i]))) continue;
+        const int now = crossed_by(i, place_of[i], j) + crossed_by(j, place_of[j], i);
+        const int then = crossed_by(i, place_of[j], j) + crossed_by(j, place_of[i], i);
+        if (then > now) continue;
+        std::swap(place_of[i], place_of[j]);
+        changed = true;
+      }
+    }
+    if (!changed) break;
   }
 }
 
@@ -401,15 +673,7 @@ void BedTracks::recover(BedFit& fit,
   for (const std::size_t k : order) {
     const std::optional<Found> one = seek(fit, frame, tracks_[k]);
     if (!one) continue;
-    // Hard plates do not overlap
-    bool overlaps = false;
-    for (std::size_t other = 0; other < fit.size() && !overlaps; ++other) {
-      if (!fit.is_present(other)) continue;
-      const datasets::Pose &a = fit.pose(other), &b = one->plate.pose;
-      overlaps = std::hypot(a.x - b.x, a.z - b.z) < 2.0 * scene_.shape.semi_major &&
-                 touching_scale(a, b, scene_.shape) < deepest_overlap;
-    }
-    if (overlaps) continue;
+    if (overlaps_any(fit, one->plate.pose)) continue;
     Found kept = *one;
     kept.index = fit.add(one->plate.pose, one->plate.gain);
     found.push_back(kept);

@@ -68,15 +68,31 @@ class BedTracks {
   };
 
   datasets::Pose predict(const PlateTrack& track) const;
+  Eigen::Vector2d gained_about(const datasets::Pose& place) const;
+  bool is_coarse() const;
   void match_coarsely(const cv::Mat1f& coarse);
   void fit_all(BedFit& fit, const std::vector<int>& index_of);
   bool retry_doubtful(BedFit& fit, const std::vector<int>& index_of);
   bool is_lost(const PlateFit& plate, const PlateTrack& track) const;
+  bool is_in_wall(const datasets::Pose& pose) const;
   Pace pace_of(const PlateTrack& track) const;
   bool has_left(const PlateFit& plate, const datasets::Pose& expected) const;
   std::vector<std::size_t> find_lost(const std::vector<int>& index_of,
                                      const std::vector<PlateFit>& measured) const;
   void recover(BedFit& fit, const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
+  std::vector<Found> find_strangers(BedFit& fit, const cv::Mat& frame) const;
+  bool overlaps_any(const BedFit& fit, const datasets::Pose& pose) const;
+  bool tell_apart(BedFit& fit,
+                  const cv::Mat& frame,
+                  const std::vector<datasets::Pose>& predicted,
+                  std::vector<std::size_t>& lost,
+                  std::vector<std::size_t>& waiting,
+                  std::vector<int>& index_of,
+                  std::vector<PlateFit>& measured) const;
+  // `places[place_of[i]]` is where tracks[i] is now, -1 for nowhere.
+  void undo_crossings(const std::vector<std::size_t>& tracks,
+                      const std::vector<datasets::Pose>& places,
+                      std::vector<int>& place_of) const;
   std::optional<Found> seek(BedFit& fit, const cv::Mat& frame, const PlateTrack& track) const;
   void accept(PlateTrack& track, const PlateFit& plate, const cv::Mat& frame, int number);
   void fill_gap(std::size_t track, int from, int to);
@@ -93,6 +109,7 @@ class BedTracks {
   std::deque<Memory> memory_;
   struct Inflation {
     Eigen::Vector3d blocks = Eigen::Vector3d::Zero(), halves = Eigen::Vector3d::Zero();
+    Eigen::Vector3d leverage = Eigen::Vector3d::Zero();
     double count = 0.0;
   };
   std::array<Inflation, 3> inflation_;  // one a pace

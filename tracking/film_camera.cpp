@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/input_error.h"
@@ -71,6 +72,15 @@ void describe_camera(const FilmCamera& film,
     summary.warn(
         "Only four fiducials: the camera's distortion and the calibration's error cannot be "
         "checked.");
+  }
+  // A tilt of some degrees looks like a per cent or two
+  constexpr double aspect_tolerance = 0.03;
+  if (std::abs(summary.pixel_aspect / experiment.camera.pixel_aspect - 1.0) > aspect_tolerance) {
+    summary.warn(fmt::format(
+        "The fiducials show pixels {:.3f} times as wide as high but camera.pixel_aspect "
+        "is {:.3f}; what the fiducials show was used.",
+        summary.pixel_aspect,
+        experiment.camera.pixel_aspect));
   }
   if (calibration.rms > 0.5 * pixel) {
     summary.fail(

@@ -1,9 +1,10 @@
 #include "tracking/stagnant.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace graintruth::tracking {
@@ -12,8 +13,24 @@ namespace {
 
 constexpr int moved_level = 24;        // grey levels of change at a pixel: well above camera noise
 constexpr long fewest = 2000;          // moved pixels
-constexpr double still_ratio = 3.0;    // over the change that noise and codec make at rest
-constexpr double covered_share = 0.3;  // of the usual contrast: gaps between plates average out
+constexpr double covered_share = 0.4;  // of the usual contrast: gaps between plates average out
+constexpr double window_share = 0.8;   // of a diameter: holds edges in all directions
+
+float median_of(std::vector<float> values) {
+  if (values.empty()) return 0.0F;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The smaller eigenvalue of the symmetric matrix (xx, xz; xz, zz).
+float smaller_eigenvalue(float xx, float xz, float zz) {
+  return 0.5F * (xx + zz) - std::hypot(0.5F * (xx - zz), xz);
+}
+
+double diameter_of(const PlateShape& shape) {
+  return 2.0 * std::sqrt(shape.semi_major * shape.semi_minor);
+}
 
 }  // namespace
 
@@ -44,108 +61,172 @@ double SharpnessWatcher::sharpness() const {
   return moved_ < fewest || resting_ == 0.0 ? 1.0 : moving_ / resting_;
 }
 
-StagnantWatcher::StagnantWatcher(const BedScene& scene)
-    : scene_(scene), step_(0.5 * scene.shape.semi_minor) {
+StagnantWatcher::StagnantWatcher(const BedScene& scene) : scene_(scene), pixel_(scene.pixel()) {
   const datasets::FlatBin& bin = *scene.experiment.rig.bin;
-  const int columns = std::max(1, static_cast<int>(bin.width / (2.0 * step_)));
-  for (int i = 0; i < columns; ++i) x_.push_back(bin.width * ((i + 0.5) / columns - 0.5));
-  const double top = scene.film.calibration.camera
-                         .unproject({scene.region.x + 0.5 * scene.region.width,
-                                     static_cast<double>(scene.region.y)})
-                         .y();
-  rows_ = std::max(1, static_cast<int>(std::min(top, bin.height) / step_));
-}
-
-void StagnantWatcher::add(const cv::Mat& frame) {
-  const cv::Mat1f contrast = contrast_of(frame, scene_.region, scene_.contrast);
-  const int side = std::max(3, static_cast<int>(scene_.shape.semi_minor / scene_.pixel()));
-  cv::Mat1f change = cv::Mat1f::zeros(contrast.size()), cover;
-  if (!previous_.empty()) {
-    cv::absdiff(contrast, previous_, change);
-  } else {
-    // What a shift by one pixel would change
-    cv::absdiff(contrast.rowRange(1, contrast.rows),
-                contrast.rowRange(0, contrast.rows - 1),
-                change.rowRange(1, contrast.rows));
-  }
-  cv::boxFilter(change, change, CV_32F, {side, side});
-  cv::boxFilter(contrast, cover, CV_32F, {2 * side, 2 * side});
-  previous_ = contrast;
-  Cells cells;
-  for (const double x : x_) {
-    for (int row = 0; row < rows_; ++row) {
-      const Eigen::Vector2d at = scene_.film.calibration.camera.project(x, (row + 0.5) * step_);
-      const int i =
-          std::clamp(static_cast<int>(std::lround(at.y())) - scene_.region.y, 0, contrast.rows - 1);
-      const int j =
-          std::clamp(static_cast<int>(std::lround(at.x())) - scene_.region.x, 0, contrast.cols - 1);
-      cells.change.push_back(change(i, j));
-      cells.cover.push_back(cover(i, j));
+  const double diameter = diameter_of(scene.shape);
+  const Camera& camera = scene.film.calibration.camera;
+  const Eigen::Vector2d top_of_picture(scene.region.x + 0.5 * scene.region.width, scene.region.y);
+  const double height = std::min(camera.unproject(top_of_picture).y(), bin.height);
+  places_ = datasets::make_stagnant_map(bin.width, height, diameter);
+  window_ = std::max(3, static_cast<int>(std::lround(window_share * diameter / pixel_)));
+  step_ = datasets::stagnant_speed(diameter, scene.experiment.rig.gravity) /
+          scene.experiment.camera.frame_rate;
+  apart_ = std::max(1, static_cast<int>(std::ceil(pixel_ / step_)));
+  const cv::Size size(static_cast<int>(bin.width / pixel_), static_cast<int>(height / pixel_));
+  column_of_.create(size);
+  row_of_.create(size);
+  for (int row = 0; row < size.height; ++row) {
+    for (int column = 0; column < size.width; ++column) {
+      const Eigen::Vector2d at =
+          camera.project((column + 0.5) * pixel_ - 0.5 * bin.width, (row + 0.5) * pixel_);
+      column_of_(row, column) = static_cast<float>(at.x() - scene.region.x);
+      row_of_(row, column) = static_cast<float>(at.y() - scene.region.y);
     }
   }
-  frames_.push_back(std::move(cells));
 }
 
-StagnantBed StagnantWatcher::profile(int opened_at) const {
-  // 1. What changes at rest
-  const double covered = covered_share * scene_.contrast.gain;
-  std::vector<float> rest;
-  for (std::size_t k = 1; k < frames_.size() && static_cast<int>(k) < std::max(2, opened_at); ++k)
-    for (std::size_t cell = 0; cell < frames_[k].change.size(); ++cell)
-      if (frames_[k].cover[cell] > covered) rest.push_back(frames_[k].change[cell]);
-  double usual = 1.0;
-  if (!rest.empty()) {
-    const auto high = rest.begin() + static_cast<std::ptrdiff_t>(rest.size() * 9 / 10);
-    std::nth_element(rest.begin(), high, rest.end());
-    usual = std::max(0.5, static_cast<double>(*high));
+void StagnantWatcher::add(const cv::Mat& frame, int parity) {
+  cv::Mat1f picture;
+  cv::remap(contrast_of(frame, scene_.region, scene_.contrast),
+            picture,
+            column_of_,
+            row_of_,
+            cv::INTER_LINEAR,
+            cv::BORDER_REPLICATE);
+  if (frames_.empty()) {
+    if (parity >= 0 && apart_ % 2 != 0) ++apart_;
+    first_picture_ = picture;
   }
-  // What stays sharper than a pixel stands still to the eye
-  std::vector<float> shifted;
-  for (std::size_t cell = 0; cell < frames_[0].change.size(); ++cell)
-    if (frames_[0].cover[cell] > covered) shifted.push_back(frames_[0].change[cell]);
-  double limit = still_ratio * usual;
-  if (!shifted.empty()) {
-    const auto middle = shifted.begin() + static_cast<std::ptrdiff_t>(shifted.size() / 2);
-    std::nth_element(shifted.begin(), middle, shifted.end());
-    limit = std::max(limit, static_cast<double>(*middle));
+  recent_.push_back(slopes_of(picture));
+  if (frames_.empty()) first_ = recent_.back();
+  if (recent_.size() > static_cast<std::size_t>(apart_) + 1) recent_.pop_front();
+  Places places;
+  cv::Mat1f cover;
+  cv::boxFilter(picture, cover, CV_32F, {window_, window_});
+  places.cover = at_places(cover);
+  places.to_first = at_places(likeness(first_, recent_.back()));
+  if (recent_.size() > static_cast<std::size_t>(apart_))
+    places.to_earlier = at_places(likeness(recent_.front(), recent_.back()));
+  frames_.push_back(std::move(places));
+}
+
+StagnantWatcher::Slopes StagnantWatcher::slopes_of(const cv::Mat1f& picture) const {
+  Slopes slopes;
+  const cv::Mat1f central = (cv::Mat1f(1, 3) << -0.5F, 0.0F, 0.5F);
+  cv::filter2D(picture, slopes.along_x, CV_32F, central);
+  cv::filter2D(picture, slopes.along_z, CV_32F, central.t());
+  slopes.own = smaller_eigenvalues(slopes, slopes);
+  return slopes;
+}
+
+// lambda_min of the window's sums of sym(a b^T)
+cv::Mat1f StagnantWatcher::smaller_eigenvalues(const Slopes& a, const Slopes& b) const {
+  const auto summed = [&](cv::Mat1f product) {
+    cv::boxFilter(product, product, CV_32F, {window_, window_});
+    return product;
+  };
+  const cv::Mat1f xx = summed(a.along_x.mul(b.along_x)), zz = summed(a.along_z.mul(b.along_z));
+  const cv::Mat1f xz = summed(0.5F * (a.along_x.mul(b.along_z) + a.along_z.mul(b.along_x)));
+  cv::Mat1f result(xx.size());
+  for (int row = 0; row < result.rows; ++row)
+    for (int column = 0; column < result.cols; ++column)
+      result(row, column) = smaller_eigenvalue(xx(row, column), xz(row, column), zz(row, column));
+  return result;
+}
+
+cv::Mat1f StagnantWatcher::likeness(const Slopes& a, const Slopes& b) const {
+  cv::Mat1f result = smaller_eigenvalues(a, b);
+  constexpr float least = 1.0e-3F;  // grey levels squared: where there is nothing at all
+  for (int row = 0; row < result.rows; ++row)
+    for (int column = 0; column < result.cols; ++column)
+      result(row, column) /= std::sqrt(std::max(least, a.own(row, column) * b.own(row, column)));
+  return result;
+}
+
+std::vector<float> StagnantWatcher::at_places(const cv::Mat1f& picture) const {
+  std::vector<float> values;
+  const double left = 0.5 * scene_.experiment.rig.bin->width;
+  for (const double x : places_.x)
+    for (const double z : places_.z)
+      values.push_back(
+          picture(std::clamp(static_cast<int>(z / pixel_), 0, picture.rows - 1),
+                  std::clamp(static_cast<int>((x + left) / pixel_), 0, picture.cols - 1)));
+  return values;
+}
+
+float StagnantWatcher::typical(const std::vector<float>& likeness, const Places& places) const {
+  std::vector<float> of_covered;
+  for (std::size_t i = 0; i < likeness.size(); ++i)
+    if (is_covered(places, i)) of_covered.push_back(likeness[i]);
+  return median_of(std::move(of_covered));
+}
+
+bool StagnantWatcher::is_covered(const Places& places, std::size_t place) const {
+  return places.cover[place] > covered_share * scene_.contrast.gain;
+}
+
+// How like the first picture is to itself when it is shifted as far as a place may move.
+double StagnantWatcher::shifted_likeness() const {
+  constexpr int directions = 8;
+  const double shift = step_ * apart_ / pixel_;
+  std::vector<float> found;
+  for (int k = 0; k < directions; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / directions;
+    const cv::Mat1f by =
+        (cv::Mat1f(2, 3) << 1.0, 0.0, shift * std::cos(angle), 0.0, 1.0, shift * std::sin(angle));
+    cv::Mat1f shifted;
+    cv::warpAffine(
+        first_picture_, shifted, by, first_picture_.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    found.push_back(typical(at_places(likeness(first_, slopes_of(shifted))), frames_.front()));
   }
-  // 2. Up from the floor as far as it is covered and still, in this frame and in the next
-  const double edge = 0.5 * scene_.experiment.rig.bin->orifice_width;
-  StagnantBed profile;
-  profile.x = x_;
-  for (std::size_t k = 0; k < frames_.size() && frames_.size() > 1; ++k) {
-    const Cells& now = frames_[std::max<std::size_t>(k, 1)];
-    const Cells& next = frames_[std::min(k + 1, frames_.size() - 1)];
-    std::vector<double>& heights = profile.height.emplace_back();
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      if (std::abs(x_[i]) < edge) {
-        heights.push_back(std::numeric_limits<double>::quiet_NaN());
-        continue;
-      }
-      int row = 0;
-      for (; row < rows_; ++row) {
-        const std::size_t cell =
-            i * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
-        const bool is_still = std::max(now.change[cell], next.change[cell]) < limit;
-        if (!is_still || now.cover[cell] < covered) break;
-      }
-      heights.push_back(row * step_);
+  return median_of(std::move(found));
+}
+
+float StagnantWatcher::limit() const {
+  // Noise and codec make pictures at rest unlike each other, too: the stillest moment tells how
+  // much
+  float at_rest = 0.0F;
+  for (const Places& places : frames_)
+    if (!places.to_earlier.empty()) at_rest = std::max(at_rest, typical(places.to_earlier, places));
+  return at_rest * static_cast<float>(shifted_likeness());
+}
+
+std::vector<datasets::StagnantMap> StagnantWatcher::maps() const {
+  std::vector<datasets::StagnantMap> maps;
+  const auto apart = static_cast<std::size_t>(apart_);
+  if (frames_.size() <= apart) return maps;
+  const float least = limit();
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    const std::size_t from = std::min(k, frames_.size() - 1 - apart);
+    const Places &before = frames_[from], &after = frames_[from + apart];
+    datasets::StagnantMap& map = maps.emplace_back(places_);
+    for (std::size_t i = 0; i < map.ground.size(); ++i) {
+      if (!is_covered(before, i)) continue;
+      const bool is_still = is_covered(after, i) && after.to_earlier[i] > least;
+      map.ground[i] = is_still ? datasets::Ground::still : datasets::Ground::moving;
     }
   }
-  return profile;
+  return maps;
 }
 
-bool StagnantWatcher::is_still(const StagnantBed& profile,
-                               std::size_t frame,
-                               double x,
-                               double z) const {
-  const auto nearest =
-      std::min_element(profile.x.begin(), profile.x.end(), [&](double a, double b) {
-        return std::abs(a - x) < std::abs(b - x);
-      });
-  const double height =
-      profile.height[frame][static_cast<std::size_t>(nearest - profile.x.begin())];
-  return z < height;  // never over the orifice, where the height is NaN
+std::vector<std::size_t> StagnantWatcher::stay_until(
+    const std::vector<Eigen::Vector2d>& centres) const {
+  const auto nearest = [](const std::vector<double>& values, double value) {
+    const auto least = std::min_element(values.begin(), values.end(), [&](double a, double b) {
+      return std::abs(a - value) < std::abs(b - value);
+    });
+    return static_cast<std::size_t>(least - values.begin());
+  };
+  const float least = limit();
+  std::vector<std::size_t> until;
+  for (const Eigen::Vector2d& centre : centres) {
+    const std::size_t place =
+        nearest(places_.x, centre.x()) * places_.z.size() + nearest(places_.z, centre.y());
+    std::size_t frame = 0;
+    while (frame < frames_.size() && frames_[frame].to_first[place] > least) ++frame;
+    until.push_back(frame);
+  }
+  return until;
 }
 
 }  // namespace graintruth::tracking

@@ -1,10 +1,12 @@
-// Where a bed stands still while the rest flows, from a film whose moving plates are smeared: the
-// map of what changes from frame to frame. No plate is detected in it.
+// Where a bed stands still while the rest flows, from a film whose moving plates are smeared:
+// places at which edges in every direction persist from frame to frame. No plate is detected in it.
 #pragma once
 
+#include <deque>
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "datasets/stagnant.h"
 #include "tracking/bed_scene.h"
 #include "tracking/track_bed.h"
 
@@ -25,28 +27,61 @@ class SharpnessWatcher {
 // Below this, plates in motion cannot be detected.
 inline constexpr double least_sharpness = 0.75;
 
+// Two pictures show the same place still when the products of their slopes, summed over a window of
+// most of a plate, are as large as those of each picture with itself, in the direction in which
+// they are smallest:
+//   r = lambda_min(sum sym(a b^T)) / sqrt(lambda_min(sum a a^T) lambda_min(sum b b^T)),
+// a and b the slopes of both pictures. Smear wipes out edges across its direction, so that plates
+// that follow one another along a streak are not taken for one that stays. The limit of r is what
+// the first picture gives against itself, shifted by as far as a place may move between the two,
+// times what pictures at rest give.
 class StagnantWatcher {
  public:
   explicit StagnantWatcher(const BedScene& scene);
-  void add(const cv::Mat& frame);
-  // The height, seen from the floor, up to which the bed is covered and moves less than a pixel a
-  // frame; columns are as wide as a plate. `opened_at`: the first frame that is not at rest; what
-  // changes before it is noise.
-  StagnantBed profile(int opened_at) const;
-  // Whether the bed is still at a place in a frame.
-  bool is_still(const StagnantBed& profile, std::size_t frame, double x, double z) const;
+  // `parity` as in VideoReader.
+  void add(const cv::Mat& frame, int parity);
+
+  // Pictures that are compared lie this many apart: in that time whatever is at the limit of
+  // datasets::stagnant_speed moves a pixel at least, and fields are compared with their like.
+  int pictures_apart() const { return apart_; }
+  // What stands still from each picture to the one that many later, and from the last that has such
+  // a one on for the rest.
+  std::vector<datasets::StagnantMap> maps() const;
+  // For how many pictures the plates of the first one, given by their centres (x, z) in m, stay
+  // where they are.
+  std::vector<std::size_t> stay_until(const std::vector<Eigen::Vector2d>& centres) const;
 
  private:
-  struct Cells {
-    std::vector<float> change, cover;  // grey levels; of each column, from the floor up. Of the
-                                       // first frame: what a shift by a pixel would change
+  // Of a picture of the bin seen straight on, with square pixels.
+  struct Slopes {
+    cv::Mat1f along_x, along_z;  // grey levels a pixel
+    cv::Mat1f own;               // lambda_min of the window's sums of a a^T
   };
+  // Values at the places, in the order of the map.
+  struct Places {
+    std::vector<float> to_first, to_earlier;  // r; the latter empty in the first pictures
+    std::vector<float> cover;                 // grey levels of contrast
+  };
+  Slopes slopes_of(const cv::Mat1f& picture) const;
+  cv::Mat1f smaller_eigenvalues(const Slopes& a, const Slopes& b) const;
+  cv::Mat1f likeness(const Slopes& a, const Slopes& b) const;
+  std::vector<float> at_places(const cv::Mat1f& picture) const;
+  bool is_covered(const Places& places, std::size_t place) const;
+  float typical(const std::vector<float>& likeness, const Places& places) const;
+  double shifted_likeness() const;
+  float limit() const;
+
   const BedScene& scene_;
-  double step_;  // m, of cells
-  std::vector<double> x_;
-  int rows_ = 0;
-  cv::Mat1f previous_;
-  std::vector<Cells> frames_;
+  datasets::StagnantMap places_;
+  double pixel_;                  // m
+  double step_ = 0.0;             // m, that a place may move from picture to picture
+  int window_ = 0;                // px
+  int apart_ = 0;                 // pictures
+  cv::Mat1f column_of_, row_of_;  // of straight pixels, in the region
+  cv::Mat1f first_picture_;
+  Slopes first_;
+  std::deque<Slopes> recent_;
+  std::vector<Places> frames_;
 };
 
 }  // namespace graintruth::tracking

@@ -428,12 +428,18 @@ void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& re
   int opened_at = -1;
   cv::Mat frame;
   while (video.read(frame)) {
-    watcher.add(frame);
+    watcher.add(frame, video.parity());
     if (opened_at < 0 && orifice.is_open(frame)) opened_at = video.frames_read() - 1;
     if (options.progress) options.progress(video.frames_read(), video.declared_frames());
     if (options.stop && options.stop()) throw Stopped{};
   }
-  result.stagnant = watcher.profile(opened_at);
+  const double orifice_width = experiment_.rig.bin->orifice_width;
+  result.stagnant.frames_apart = watcher.pictures_apart();
+  result.stagnant.maps = watcher.maps();
+  for (const datasets::StagnantMap& map : result.stagnant.maps) {
+    result.stagnant.x = map.x;
+    result.stagnant.height.push_back(datasets::stagnant_heights(map, orifice_width));
+  }
   const double interval = 1.0 / experiment_.camera.frame_rate;
   summary_.noted_event_time_s = experiment_.camera.noted_event_time.value_or(nan);
   summary_.event_source = "first change below the orifice";
@@ -442,12 +448,14 @@ void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& re
   const auto frames = static_cast<std::size_t>(scouted_.frames);
   datasets::Trajectories& out = result.trajectories;
   out = datasets::make_trajectories(frames, bed_.found_first, true);
+  std::vector<Eigen::Vector2d> centres;
+  for (const PlateFit& plate : first_->plates) centres.emplace_back(plate.pose.x, plate.pose.z);
+  const std::vector<std::size_t> until = watcher.stay_until(centres);
   for (std::size_t k = 0; k < frames; ++k) {
     out.time[k] = static_cast<double>(k) * interval - summary_.event_time_s;
     for (std::size_t p = 0; p < first_->plates.size(); ++p) {
       const PlateFit& plate = first_->plates[p];
-      const bool rests = opened_at < 0 || static_cast<int>(k) + 1 < opened_at;
-      if (!rests && !watcher.is_still(result.stagnant, k, plate.pose.x, plate.pose.z)) continue;
+      if (k >= until[p]) continue;
       const std::size_t i = out.index(k, p);
       const Eigen::Vector3d sigma = plate.covariance.diagonal().cwiseSqrt();
       out.poses[i] = plate.pose;

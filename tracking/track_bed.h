@@ -2,6 +2,7 @@
 // where when with calibrated uncertainty out, and how many had left.
 #pragma once
 
+#include "datasets/stagnant.h"
 #include "tracking/track_video.h"
 
 namespace graintruth::tracking {
@@ -22,8 +23,11 @@ struct BedSummary {
   std::vector<int> doubtful_frames;  // with plates that were not found
 };
 
-// Of a film whose moving plates are smeared, the height up to which the bed stands still.
+// Of a film whose moving plates are smeared, what stands still (datasets/stagnant.h) from each
+// frame to the one that is `frames_apart` later, and up to which height.
 struct StagnantBed {
+  int frames_apart = 0;
+  std::vector<datasets::StagnantMap> maps;  // one a frame
   std::vector<double> x;                    // m
   std::vector<std::vector<double>> height;  // m, of each frame and x; NaN over the orifice
 };

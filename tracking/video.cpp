@@ -86,13 +86,13 @@ bool VideoReader::read(cv::Mat& frame) {
     }
     check_size(frame);
     note_time_stamp();
+    note_change(frame);  // before fields are taken apart: a repeated frame repeats both
     if (scan_ != Scan::progressive) {
       woven_ = frame.clone();
       parity_ = scan_ == Scan::even_rows_first ? 0 : 1;
       frame = field_of(woven_, parity_);
     }
   }
-  note_change(frame);
   ++frames_read_;
   return true;
 }
@@ -146,7 +146,7 @@ void VideoReader::finish() {
   }
   // A repeated frame: no change at all between two that change as usual.
   constexpr int neighbourhood = 4;
-  const int frames = frames_read_;
+  const auto frames = static_cast<int>(changes_.size());
   for (int frame = 2; frame + 1 < frames; ++frame) {
     std::vector<double> around;
     for (int other = std::max(1, frame - neighbourhood);
@@ -158,7 +158,7 @@ void VideoReader::finish() {
     constexpr double repeated_share = 0.1;
     if (usual > 0.05 && lowest > 0.3 * usual &&
         changes_[static_cast<std::size_t>(frame)] < repeated_share * usual)
-      repeated_frames_.push_back(frame);
+      repeated_frames_.push_back(frame * pictures_a_frame());
   }
 }
 
@@ -185,12 +185,11 @@ std::vector<std::string> VideoReader::warnings() const {
   }
   // Uneven time stamps. Zero stamps near the end are an OpenCV fault and mean nothing.
   std::vector<int> uneven;
-  const double pictures = scan_ == Scan::progressive ? 1.0 : 2.0;  // a time stamp
-  const double step = declared_frame_rate_ > 0.0 ? pictures / declared_frame_rate_ : 0.0;
+  const double step = declared_frame_rate_ > 0.0 ? pictures_a_frame() / declared_frame_rate_ : 0.0;
   for (std::size_t frame = 1; step > 0.0 && frame < time_stamps_.size(); ++frame) {
     if (time_stamps_[frame] <= 0.0 || time_stamps_[frame - 1] <= 0.0) continue;
     if (std::abs(time_stamps_[frame] - time_stamps_[frame - 1] - step) > 0.3 * step)
-      uneven.push_back(static_cast<int>(frame));
+      uneven.push_back(static_cast<int>(frame) * pictures_a_frame());
   }
   if (!uneven.empty()) {
     sentences.push_back(

@@ -40,7 +40,8 @@ class VideoReader {
   // Sentences about the clock and the frames, complete after the last read().
   std::vector<std::string> warnings() const;
 
-  // Frames that repeat the one before them although the film moves before and after them.
+  // Pictures that repeat earlier ones although the film moves before and after them; of a repeated
+  // pair of fields the first.
   const std::vector<int>& repeated_frames() const { return repeated_frames_; }
 
  private:
@@ -48,6 +49,7 @@ class VideoReader {
   void note_time_stamp();
   void note_change(const cv::Mat& frame);
   void finish();
+  int pictures_a_frame() const { return scan_ == Scan::progressive ? 1 : 2; }
 
   std::filesystem::path file_;
   double frame_rate_ = 0.0;
@@ -59,7 +61,7 @@ class VideoReader {
   cv::VideoCapture capture_;
   cv::Mat first_frame_;
   cv::Mat previous_;                 // every fourth row and column of the frame before
-  std::vector<double> changes_;      // mean absolute change from the frame before, grey levels
+  std::vector<double> changes_;      // of each frame of the file: mean absolute change, grey levels
   std::vector<double> time_stamps_;  // s, as the container tells
   std::vector<int> repeated_frames_;
   Scan scan_ = Scan::progressive;

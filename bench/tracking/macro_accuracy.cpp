@@ -2,6 +2,8 @@
 // plates at rest and in flow, position and angle error, calibration of the stated uncertainty,
 // identity, discharge count, time zero, speed. Prints a table and writes it as CSV.
 //   bench_tracking_macro [OUT.csv] [EXPERIMENT.toml] [part of a film's name]
+// Without an experiment file: the fifteen films, the interlaced one and the one with a slow
+// shutter.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <map>
 #include <numbers>
 
+#include "calibrate/bulk_measure.h"
 #include "datasets/table.h"
 #include "tracking/recording.h"
 #include "tracking/track_bed.h"
@@ -132,60 +135,104 @@ Figures compare(const datasets::Trajectories& tracks,
   return f;
 }
 
-// The stagnant boundary of a smeared film against the truth: in each frame and column the top of
-// the lowest plates in a row that all rest; median error, m. A frame covers the time to the next
-// one.
-double stagnant_error(const tracking::TrackedBed& tracked, const Truth& truth, double frame_rate) {
-  constexpr double plate = 5.3e-3;  // m
-  const double slow =
-      frame_rate / (1.0e3 * tracked.summary.scale_px_per_mm);  // m/s, a pixel a frame
+// What stands still in a smeared film against the truth, both by the rule of datasets/stagnant.h:
+// the boundary's height in each frame and column beside the orifice, the median height of each
+// column while the bed discharges, and the places themselves.
+struct StagnantFigures {
+  double median = 0.0, mean = 0.0;  // m, of the heights' errors
+  double within = 0.0;              // share of them within a particle diameter
+  double worst_typical = 0.0;       // m, of the medians over time
+  double overlap = 0.0;             // of places, mean over the frames of the discharge
+};
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+StagnantFigures compare_stagnant(const tracking::StagnantBed& film,
+                                 const Truth& truth,
+                                 const calibrate::BulkRig& rig,
+                                 double frame_rate) {
+  // A frame of this shutter covers the time to the next one: it shows the middle of that
+  const double truth_frames = truth_rate / frame_rate;
+  datasets::Trajectories tracks = datasets::make_trajectories(
+      truth.poses.size(), static_cast<int>(truth.poses.front().size()), false);
+  for (std::size_t t = 0; t < truth.poses.size(); ++t) {
+    tracks.time[t] = static_cast<double>(t) / truth_rate;
+    for (std::size_t q = 0; q < truth.poses[t].size(); ++q)
+      tracks.poses[tracks.index(t, q)] = truth.poses[t][q];
+  }
+  StagnantFigures figures;
   std::vector<double> errors;
-  for (std::size_t k = 0; k < tracked.stagnant.height.size(); ++k) {
-    const auto t =
-        static_cast<std::size_t>(std::lround(static_cast<double>(k) * truth_rate / frame_rate));
-    const std::size_t after = t + static_cast<std::size_t>(truth_rate / frame_rate);
-    if (after >= truth.poses.size()) break;
-    for (std::size_t i = 0; i < tracked.stagnant.x.size(); ++i) {
-      if (!std::isfinite(tracked.stagnant.height[k][i])) continue;
-      // The lowest plate of the column that moves, or is missing, ends what stands still
-      std::vector<std::pair<double, bool>> column;  // top, at rest
-      for (std::size_t q = 0; q < truth.poses[t].size(); ++q) {
-        const datasets::Pose &a = truth.poses[t][q], &b = truth.poses[after][q];
-        if (!std::isfinite(a.x) || std::abs(a.x - tracked.stagnant.x[i]) > plate) continue;
-        const double speed =
-            std::isfinite(b.x) ? std::hypot(b.x - a.x, b.z - a.z) * frame_rate : 1.0;
-        column.emplace_back(a.z + plate, speed < slow);
-      }
-      std::sort(column.begin(), column.end());
-      double top = 0.0;
-      for (const auto& [height, rests] : column) {
-        if (!rests || height > top + 4.0 * plate) break;
-        top = height;
-      }
-      errors.push_back(std::abs(tracked.stagnant.height[k][i] - top));
+  std::vector<std::vector<double>> filmed(film.x.size()), real(film.x.size());
+  int discharging = 0;
+  for (std::size_t k = 0; k < film.maps.size(); ++k) {
+    const auto from = static_cast<std::size_t>((static_cast<double>(k) + 0.5) * truth_frames);
+    const auto to = from + static_cast<std::size_t>(std::lround(film.frames_apart * truth_frames));
+    if (to >= tracks.frames()) break;
+    const double height = film.maps[k].z.back() + film.maps[k].z.front();
+    const datasets::StagnantMap map = calibrate::measure_stagnant(tracks, rig, height, from, to);
+    const std::vector<double> heights = datasets::stagnant_heights(map, rig.orifice);
+    const bool flows = truth.discharged[to] > truth.discharged[from];
+    if (flows) {
+      figures.overlap += datasets::stagnant_overlap(map, film.maps[k]);
+      ++discharging;
+    }
+    for (std::size_t i = 0; i < film.x.size(); ++i) {
+      if (!std::isfinite(heights[i])) continue;
+      errors.push_back(std::abs(film.height[k][i] - heights[i]));
+      if (!flows) continue;
+      filmed[i].push_back(film.height[k][i]);
+      real[i].push_back(heights[i]);
     }
   }
-  if (errors.empty()) return 0.0;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  for (const double error : errors) {
+    figures.mean += error / static_cast<double>(errors.size());
+    figures.within += (error < rig.particle_diameter) / static_cast<double>(errors.size());
+  }
+  figures.median = median_of(errors);
+  for (std::size_t i = 0; i < film.x.size(); ++i)
+    figures.worst_typical =
+        std::max(figures.worst_typical, std::abs(median_of(filmed[i]) - median_of(real[i])));
+  figures.overlap /= std::max(1, discharging);
+  return figures;
+}
+
+// A film and the experiment that names it.
+struct Filmed {
+  datasets::Experiment experiment;
+  datasets::Replicate replicate;
+};
+
+// The films of `file`, or all of the data set; those whose name holds `part`.
+std::vector<Filmed> films_of(const std::string& file, const std::string& part) {
+  const std::filesystem::path folder =
+      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/macro";
+  std::vector<std::filesystem::path> files = {folder / "experiment.toml",
+                                              folder / "other_cameras.toml"};
+  if (!file.empty()) files = {file};
+  std::vector<Filmed> films;
+  for (const std::filesystem::path& each : files) {
+    try {
+      const datasets::Experiment experiment = datasets::load_experiment(each);
+      for (const datasets::Replicate& replicate : experiment.replicates)
+        if (replicate.name.find(part) != std::string::npos)
+          films.push_back({experiment, replicate});
+    } catch (const std::exception& error) {
+      fmt::print("skipped: {}\n", error.what());
+    }
+  }
+  return films;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::filesystem::path file =
-      argc > 2 ? argv[2]
-               : std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/macro/experiment.toml";
   const std::filesystem::path out = argc > 1 ? argv[1] : "tracking_macro.csv";
-  const std::string only = argc > 3 ? argv[3] : "";
-  datasets::Experiment experiment;
-  try {
-    experiment = datasets::load_experiment(file);
-  } catch (const std::exception& error) {
-    fmt::print("skipped: {}\n", error.what());
-    return 0;
-  }
+  const std::vector<Filmed> films = films_of(argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
   datasets::Table table({"replicate",
                          "still_missed_percent",
                          "still_false_percent",
@@ -222,8 +269,7 @@ int main(int argc, char** argv) {
              "event ms",
              "g",
              "fps");
-  for (const datasets::Replicate& replicate : experiment.replicates) {
-    if (replicate.name.find(only) == std::string::npos) continue;
+  for (const auto& [experiment, replicate] : films) {
     const datasets::Experiment filmed =
         tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
     const std::clock_t start = std::clock();
@@ -233,10 +279,18 @@ int main(int argc, char** argv) {
     const std::string run = replicate.name.substr(0, std::string("orifice050_rep1").size());
     const Truth truth = read_truth(replicate.video.parent_path() / "truth", run);
     if (!stagnant.x.empty()) {
+      const StagnantFigures f = compare_stagnant(
+          stagnant, truth, calibrate::bulk_rig(experiment, replicate), filmed.camera.frame_rate);
       fmt::print(
-          "{:36} smeared: stagnant boundary {:.1f} mm (median) off the truth, {:.0f} frames/s\n",
+          "{:36} smeared: stagnant boundary off the truth by {:.1f} mm (median), {:.1f} mm (mean), "
+          "{:.1f} % within a diameter; its median over the discharge by {:.1f} mm at most; places "
+          "overlap by {:.2f}; {:.0f} frames/s\n",
           replicate.name,
-          1.0e3 * stagnant_error(tracked, truth, filmed.camera.frame_rate),
+          1.0e3 * f.median,
+          1.0e3 * f.mean,
+          100.0 * f.within,
+          1.0e3 * f.worst_typical,
+          f.overlap,
           summary.frames_read / cpu);
       for (const std::string& warning : summary.warnings) fmt::print("  {}\n", warning);
       continue;

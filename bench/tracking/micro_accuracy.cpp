@@ -1,7 +1,9 @@
 // How well the five bundled films are tracked, against their truth: recall, identity, position and
 // angle error, calibration of the stated uncertainty, time zero, speed. Prints a table and writes
 // it as CSV.
-//   bench_tracking_micro [OUT.csv] [EXPERIMENT.toml]
+//   bench_tracking_micro [OUT.csv] [EXPERIMENT.toml] [part of a film's name]
+// Without an experiment file: the five films, and the interlaced one where the shared data lie
+// beside the repository. Pixels are those of the film.
 //
 // The tracked point is the midpoint of the two ball centres; the truth file gives the centre of
 // mass. The midpoint is rebuilt from placement.csv: radii r1, r2 and centre distance d give the
@@ -15,6 +17,7 @@
 #include <numbers>
 
 #include "datasets/table.h"
+#include "tracking/recording.h"
 #include "tracking/track_video.h"
 
 using namespace graintruth;
@@ -50,20 +53,52 @@ struct Sums {
   double count = 0.0;
 };
 
+// A film and the rig that was filmed, at the rate at which pictures can be had from it.
+struct Filmed {
+  datasets::Experiment experiment;
+  datasets::Replicate replicate;
+};
+
+// The films of `file`, or all of the data set; those whose name holds `part`.
+std::vector<Filmed> films_of(const std::string& file, const std::string& part) {
+  const std::filesystem::path folder =
+      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/micro";
+  std::vector<std::filesystem::path> files = {folder / "experiment.toml",
+                                              folder / "other_cameras.toml"};
+  if (!file.empty()) files = {file};
+  std::vector<Filmed> films;
+  for (const std::filesystem::path& each : files) {
+    try {
+      const datasets::Experiment experiment = datasets::load_experiment(each);
+      for (const datasets::Replicate& replicate : experiment.replicates) {
+        const bool is_new = std::none_of(films.begin(), films.end(), [&](const Filmed& film) {
+          return film.replicate.name == replicate.name;
+        });
+        if (!is_new || replicate.name.find(part) == std::string::npos) continue;
+        films.push_back(
+            {tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate),
+             replicate});
+      }
+    } catch (const std::exception& error) {
+      fmt::print("skipped: {}\n", error.what());
+    }
+  }
+  return films;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::filesystem::path file =
-      argc > 2 ? argv[2]
-               : std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/micro/experiment.toml";
   const std::filesystem::path out = argc > 1 ? argv[1] : "tracking_micro.csv";
-  const datasets::Experiment experiment = datasets::load_experiment(file);
+  const std::vector<Filmed> films = films_of(argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
   datasets::Table table({"replicate",
                          "frames",
                          "completeness",
                          "identity_switches",
                          "rmse_x_mm",
                          "rmse_z_mm",
+                         "rmse_x_px",
+                         "rmse_z_px",
                          "worst_mm",
                          "rmse_angle_deg",
                          "z_sd_x",
@@ -79,30 +114,31 @@ int main(int argc, char** argv) {
                          "separation_mm",
                          "frames_per_second",
                          "grade"});
-  fmt::print("{:10} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>20} {:>13} {:>9} {:>6}\n",
+  fmt::print("{:22} {:>7} {:>8} {:>8} {:>8} {:>11} {:>8} {:>8} {:>20} {:>13} {:>9} {:>6}\n",
              "replicate",
              "seen %",
              "switches",
              "x mm",
              "z mm",
+             "x z px",
              "worst",
              "deg",
              "z-score sd x z angle",
              "(mass centre)",
              "event ms",
              "fps");
-  for (const datasets::Replicate& replicate : experiment.replicates) {
+  for (const auto& [experiment, replicate] : films) {
     const std::clock_t started = std::clock();
     const auto [tracks, summary] = tracking::track_video(experiment, replicate);
     // Processor time: what one core can do, whoever else is using it
     const double frames_per_second = static_cast<double>(tracks.frames()) * CLOCKS_PER_SEC /
                                      static_cast<double>(std::clock() - started);
     const std::filesystem::path folder = replicate.video.parent_path() / "truth";
-    const datasets::Table placement =
-        datasets::read_csv(folder / (replicate.name + "_placement.csv"));
-    const datasets::Table truth_table =
-        datasets::read_csv(folder / (replicate.name + "_tracks.csv"));
+    const std::string run = replicate.name.substr(0, std::string("rep1").size());
+    const datasets::Table placement = datasets::read_csv(folder / (run + "_placement.csv"));
+    const datasets::Table truth_table = datasets::read_csv(folder / (run + "_tracks.csv"));
     const auto particles = static_cast<std::size_t>(tracks.particles);
+    // Pictures and truth run at the same rate
     std::vector<datasets::Pose> truth(tracks.poses.size());
     double event_truth = 0.0;
     for (std::size_t row = 0; row < truth_table.rows(); ++row) {
@@ -180,21 +216,24 @@ int main(int argc, char** argv) {
     }
     const auto root_mean = [&](double sum) { return std::sqrt(sum / total.count); };
     const double event_error_ms = 1.0e3 * (summary.event_time_s - event_truth);
-    fmt::print("{:10} {:7.2f} {:8} {:8.3f} {:8.3f} {:8.2f} {:8.3f} {:>20} {:>13} {:9.2f} {:6.0f}\n",
-               replicate.name,
-               100.0 * summary.completeness,
-               switches,
-               1.0e3 * root_mean(total.x2),
-               1.0e3 * root_mean(total.z2),
-               1.0e3 * total.worst,
-               root_mean(total.angle2) / degree,
-               fmt::format("{:.2f} {:.2f} {:.2f}",
-                           root_mean(total.zx2),
-                           root_mean(total.zz2),
-                           root_mean(total.za2)),
-               fmt::format("{:.2f} {:.2f}", root_mean(total.mass_x2), root_mean(total.mass_z2)),
-               event_error_ms,
-               frames_per_second);
+    const double px = 1.0e3 * summary.scale_px_per_mm;
+    fmt::print(
+        "{:22} {:7.2f} {:8} {:8.3f} {:8.3f} {:>11} {:8.2f} {:8.3f} {:>20} {:>13} {:9.2f} {:6.0f}\n",
+        replicate.name,
+        100.0 * summary.completeness,
+        switches,
+        1.0e3 * root_mean(total.x2),
+        1.0e3 * root_mean(total.z2),
+        fmt::format("{:.3f} {:.3f}", px * root_mean(total.x2), px * root_mean(total.z2)),
+        1.0e3 * total.worst,
+        root_mean(total.angle2) / degree,
+        fmt::format("{:.2f} {:.2f} {:.2f}",
+                    root_mean(total.zx2),
+                    root_mean(total.zz2),
+                    root_mean(total.za2)),
+        fmt::format("{:.2f} {:.2f}", root_mean(total.mass_x2), root_mean(total.mass_z2)),
+        event_error_ms,
+        frames_per_second);
     for (const std::string& warning : summary.warnings) fmt::print("  {}\n", warning);
     const auto text = [](double value) { return datasets::number_text(value); };
     table.add({replicate.name,
@@ -203,6 +242,8 @@ int main(int argc, char** argv) {
                std::to_string(switches),
                text(1.0e3 * root_mean(total.x2)),
                text(1.0e3 * root_mean(total.z2)),
+               text(px * root_mean(total.x2)),
+               text(px * root_mean(total.z2)),
                text(1.0e3 * total.worst),
                text(root_mean(total.angle2) / degree),
                text(root_mean(total.zx2)),

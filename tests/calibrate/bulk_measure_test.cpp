@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -160,6 +161,47 @@ TEST(VelocityProfile, IsFoundAgainAndClosesTheMassBalance) {
   }
   EXPECT_NEAR(profile.flux, expected, 0.03 * expected);
   EXPECT_NEAR(profile.areal_density, density, 0.03 * density);
+}
+
+// A stack beside the orifice whose upper half slides at `speed`, filmed twice 0.02 s apart.
+datasets::Trajectories stack_sliding_at(double speed) {
+  constexpr int count = 10;
+  auto tracks = datasets::make_trajectories(2, count, false);
+  tracks.time = {0.0, 0.02};
+  for (std::size_t frame = 0; frame < 2; ++frame) {
+    for (std::size_t p = 0; p < count; ++p) {
+      const double z = rig.particle_diameter * (static_cast<double>(p) + 0.5);
+      const double moved = p < count / 2 ? 0.0 : speed * tracks.time[frame];
+      tracks.poses[tracks.index(frame, p)] = {-0.06, z - moved, 0.0};
+    }
+  }
+  return tracks;
+}
+
+TEST(Stagnant, EndsWhereParticlesMoveFasterThanTheRuleSays) {
+  const double limit = datasets::stagnant_speed(rig.particle_diameter, rig.gravity);
+  const auto height_of = [](const datasets::Trajectories& tracks) {
+    const datasets::StagnantMap map = measure_stagnant(tracks, rig, 0.2, 0, 1);
+    const auto heights = datasets::stagnant_heights(map, rig.orifice);
+    std::size_t nearest = 0;
+    for (std::size_t i = 0; i < map.x.size(); ++i)
+      if (std::abs(map.x[i] + 0.06) < std::abs(map.x[nearest] + 0.06)) nearest = i;
+    return heights[nearest];
+  };
+  const double row = rig.particle_diameter / 8.0;
+  EXPECT_NEAR(height_of(stack_sliding_at(1.2 * limit)), 5.0 * rig.particle_diameter, row);
+  // Slower than that the whole stack stands; it ends a little above its last particle's middle
+  EXPECT_NEAR(height_of(stack_sliding_at(0.8 * limit)), 10.1 * rig.particle_diameter, row);
+}
+
+TEST(Stagnant, OneThatIsNotSeenAgainMoves) {
+  auto tracks = stack_sliding_at(0.0);
+  tracks.poses[tracks.index(1, 4)] = {};
+  const datasets::StagnantMap map = measure_stagnant(tracks, rig, 0.2, 0, 1);
+  const auto heights = datasets::stagnant_heights(map, rig.orifice);
+  EXPECT_NEAR(*std::max_element(heights.begin(), heights.begin() + 6),
+              4.0 * rig.particle_diameter,
+              rig.particle_diameter / 8.0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "datasets/input_error.h"
+#include "tracking/film_camera.h"
 #include "tracking/synthetic_video.h"
 
 namespace graintruth::tracking {
@@ -96,6 +97,25 @@ TEST(Calibration, AbsorbsPixelsThatAreNotSquare) {
   EXPECT_NEAR(seen.x(), 0.05, 0.2e-3);
   EXPECT_NEAR(seen.y(), 0.08, 0.2e-3);
   EXPECT_NEAR(found.camera.pixel_aspect(), 1.067, 0.005);
+}
+
+TEST(Calibration, TellsOfPixelsThatAreNotAsStated) {
+  const Camera truth = make_camera(720, 576, 0.0, 0.0, 1.9, 1000.0, -0.1, 0.0, 1.067);
+  const Layout layout = see(truth, 10, 0.02);
+  const auto warnings_where_stated = [&](double aspect) {
+    datasets::Experiment experiment;
+    experiment.camera.pixel_aspect = aspect;
+    experiment.camera.fiducials = layout.fiducials;
+    const FilmCamera film{calibrate(layout.fiducials, layout.sightings, 720, 576, aspect),
+                          layout.sightings};
+    TrackingSummary summary;
+    describe_camera(film, experiment, 1.0e-3, summary);
+    return summary.warnings;
+  };
+  EXPECT_TRUE(warnings_where_stated(1.067).empty());
+  const std::vector<std::string> warnings = warnings_where_stated(1.0);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("pixel_aspect is 1.000"), std::string::npos) << warnings[0];
 }
 
 TEST(Calibration, LeavesOutADotThatLiesFarOff) {

@@ -62,6 +62,18 @@ std::vector<datasets::Pose> poses_at(double time) {
   return poses;
 }
 
+// The same, but of the right one of the two falling columns an arch catches what is not yet
+// through.
+constexpr double coarse_rate = 50.0;  // Hz
+std::vector<datasets::Pose> caught_at(double time) {
+  constexpr double caught = opening + 0.09;
+  std::vector<datasets::Pose> poses = poses_at(time);
+  const std::vector<datasets::Pose> stopped = poses_at(caught);
+  for (std::size_t p = 0; p < poses.size(); ++p)
+    if (time > caught && poses[p].x > 0.0 && stopped[p].z > 0.005) poses[p] = stopped[p];
+  return poses;
+}
+
 std::vector<cv::Mat> draw_film(int from = 0, int count = frames) {
   const SyntheticBed bed = make_bed();
   std::vector<cv::Mat> film;
@@ -95,11 +107,12 @@ struct Errors {
   int seen = 0, strangers = 0;
 };
 
-Errors errors_of(const TrackedBed& tracked) {
+Errors errors_of(const TrackedBed& tracked,
+                 std::vector<datasets::Pose> (*true_poses)(double) = poses_at) {
   Errors errors;
   std::vector<int> identity(static_cast<std::size_t>(tracked.trajectories.particles), -1);
   for (std::size_t k = 0; k < tracked.trajectories.frames(); ++k) {
-    const auto truth = poses_at(tracked.trajectories.time[k] + tracked.summary.event_time_s);
+    const auto truth = true_poses(tracked.trajectories.time[k] + tracked.summary.event_time_s);
     for (std::size_t p = 0; p < identity.size(); ++p) {
       const datasets::Pose& seen = tracked.trajectories.poses[tracked.trajectories.index(k, p)];
       if (!std::isfinite(seen.x)) continue;
@@ -238,6 +251,91 @@ TEST(TrackBed, TakesInterlacedFramesApart) {
   EXPECT_EQ(errors.strangers, 0);
   EXPECT_LT(errors.position_px, 0.2);
   EXPECT_TRUE(tells(tracked.summary, "interlaced"));
+}
+
+// Plates that fall by more than their pitch between frames and then stop at once look as if each
+// had become the next one below. They share one colour, which cannot tell them apart.
+TEST(TrackBed, TellsPlatesApartThatStopWithinTheirPitch) {
+  SyntheticBed bed = make_bed();
+  bed.scene.paints = {bed.scene.paints[0]};
+  constexpr int coarse_frames = 11;
+  std::vector<cv::Mat> pictures;
+  for (int k = 0; k < coarse_frames; ++k)
+    pictures.push_back(draw_bed(bed, caught_at(k / coarse_rate), k / coarse_rate > opening, k));
+  // The uppermost plate of that column: how much it falls from frame to frame
+  const auto step = [](int k) {
+    constexpr std::size_t uppermost = 4 * 6 + 3;
+    return caught_at((k - 1) / coarse_rate)[uppermost].z - caught_at(k / coarse_rate)[uppermost].z;
+  };
+  ASSERT_GT(step(7) + 9.81 / (coarse_rate * coarse_rate), 0.0165);  // next: more than the pitch
+  ASSERT_EQ(step(8), 0.0);
+  datasets::Experiment experiment = bed.scene.experiment;
+  experiment.camera.frame_rate = coarse_rate;
+  const TrackedBed tracked = track(experiment, pictures, coarse_rate);
+  EXPECT_EQ(tracked.bed.found_first, 30);
+  EXPECT_EQ(tracked.bed.unaccounted, 0);
+  const Errors errors = errors_of(tracked, caught_at);
+  EXPECT_EQ(errors.strangers, 0);
+  EXPECT_LT(errors.position_px, 0.15);
+  int through = 0;
+  for (const datasets::Pose& pose : caught_at((coarse_frames - 1) / coarse_rate))
+    through += pose.z < 0.0;
+  EXPECT_EQ(tracked.bed.discharged, through);
+}
+
+// The same discharge with the shutter open all the time, at a quarter of the rate.
+TEST(TrackBed, MapsWhatStandsStillWherePlatesAreSmeared) {
+  constexpr int exposures = 8, smeared_frames = 8;
+  constexpr double slow_rate = 30.0, rest = 0.1;  // Hz; s of film before the opening
+  const SyntheticBed bed = make_bed();
+  std::vector<cv::Mat> pictures;
+  for (int k = 0; k < smeared_frames; ++k) {
+    cv::Mat sum;
+    for (int i = 0; i < exposures; ++i) {
+      const double time = (k + (i + 0.5) / exposures) / slow_rate - rest + opening;
+      cv::Mat one;
+      draw_bed(bed, poses_at(time), time > opening, k).convertTo(one, CV_32FC3, 1.0 / exposures);
+      sum = sum.empty() ? one : cv::Mat(sum + one);
+    }
+    sum.convertTo(pictures.emplace_back(), CV_8UC3);
+  }
+  datasets::Experiment experiment = bed.scene.experiment;
+  experiment.camera.frame_rate = slow_rate;
+  const TrackedBed tracked = track(experiment, pictures, slow_rate);
+  ASSERT_EQ(tracked.stagnant.maps.size(), static_cast<std::size_t>(smeared_frames));
+  EXPECT_TRUE(tells(tracked.summary, "smeared"));
+  const datasets::EllipticalPlate& plate = *experiment.particle.plate;
+  const double diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor);
+  // Four columns of five rows stand, two fall: in each frame and column beside the orifice the top
+  // of the uppermost plate
+  const double top = 0.0075 + 4 * 0.0165 + plate.semi_minor;
+  int columns = 0;
+  for (std::size_t i = 0; i < tracked.stagnant.x.size(); ++i) {
+    // Between the two standing plates of a row nothing is seen to stand
+    const double x = std::abs(tracked.stagnant.x[i]);
+    if (std::abs(x - 0.055) > 0.5 * diameter && std::abs(x - 0.033) > 0.5 * diameter) continue;
+    for (const std::vector<double>& heights : tracked.stagnant.height) {
+      if (std::isnan(heights[i])) continue;
+      EXPECT_NEAR(heights[i], top, 0.5 * diameter) << "at x = " << tracked.stagnant.x[i];
+      ++columns;
+    }
+  }
+  EXPECT_GT(columns, 4 * smeared_frames);
+  // Over the orifice it moves once it has opened
+  const datasets::StagnantMap& flowing = tracked.stagnant.maps[5];
+  for (std::size_t i = 0; i < flowing.x.size(); ++i)
+    for (std::size_t row = 0; row < flowing.z.size(); ++row)
+      if (std::abs(flowing.x[i]) < 0.015) {
+        EXPECT_NE(flowing.at(i, row), datasets::Ground::still)
+            << flowing.x[i] << ' ' << flowing.z[row];
+      }
+  // The plates that stand are listed throughout, those that fall while they rest
+  for (std::size_t p = 0; p < 30; ++p) {
+    const datasets::Pose& first = tracked.trajectories.poses[tracked.trajectories.index(0, p)];
+    ASSERT_TRUE(std::isfinite(first.x));
+    const datasets::Pose& late = tracked.trajectories.poses[tracked.trajectories.index(6, p)];
+    EXPECT_EQ(std::isfinite(late.x), std::abs(first.x) > 0.025) << first.x << ' ' << first.z;
+  }
 }
 
 }  // namespace

@@ -94,6 +94,34 @@ TEST_F(Film, TellsOfARepeatedFrame) {
   EXPECT_EQ(video.repeated_frames(), std::vector<int>{12});
 }
 
+// Fields of a frame differ from each other, so that a repeated frame repeats none before it
+// directly.
+TEST_F(Film, TellsOfRepeatedFramesOfTwoFields) {
+  std::vector<cv::Mat> pictures;
+  const auto draw = [](int moment) {
+    cv::Mat picture(96, 256, CV_8UC3, cv::Scalar(40, 40, 40));
+    picture(cv::Rect(4 + 3 * moment, 10, 60, 70)).setTo(cv::Scalar(200, 180, 160));
+    return picture;
+  };
+  constexpr int repeated = 15;
+  for (int k = 0; k < 30; ++k) {
+    const int shown = k == repeated ? k - 1 : k;
+    cv::Mat frame = draw(2 * shown);
+    const cv::Mat later = draw(2 * shown + 1);
+    for (int row = 1; row < frame.rows; row += 2) later.row(row).copyTo(frame.row(row));
+    pictures.push_back(frame);
+  }
+  const std::filesystem::path file = folder_ / "woven.avi";
+  write_film(file, pictures, 25.0);
+  VideoReader video(file, 50.0);
+  cv::Mat picture;
+  while (video.read(picture)) {
+  }
+  EXPECT_EQ(video.scan(), Scan::even_rows_first);
+  EXPECT_EQ(video.frames_read(), 60);
+  EXPECT_EQ(video.repeated_frames(), std::vector<int>{2 * repeated});
+}
+
 TEST_F(Film, TellsOfAnotherFrameRate) {
   VideoReader video(write(10), 25.0);
   cv::Mat frame;
