@@ -34,7 +34,7 @@ std::string plain_name(std::string_view name) {
   }
   while (!result.empty() && result.back() == '_') result.pop_back();
   for (std::size_t at = result.find("_per_"); at != std::string::npos; at = result.find("_per_"))
-    result.replace(at, 5, "_");
+    result.erase(at, 4);
   return result;
 }
 
