@@ -25,8 +25,9 @@ std::string words_on(const calibrate::FilmedBin& film) {
                   : std::string(", no steady stretch: no rate");
   if (!arching.pauses.empty()) words += fmt::format(", {} pauses", arching.pauses.size());
   if (arching.jammed) words += ", jammed";
-  return words +
-         fmt::format(", solid fraction {:.3f} at rest\n", film.measured.at_rest.solid_fraction);
+  if (film.measured.of_tracks)
+    words += fmt::format(", solid fraction {:.3f} at rest", film.measured.at_rest.solid_fraction);
+  return words + "\n";
 }
 
 std::string words_on(const calibrate::BinFits& fits) {
@@ -82,22 +83,22 @@ BinFilms measurable_films(const datasets::Experiment& experiment,
       continue;
     }
     measurable.experiment.replicates.push_back(replicate);
-    measurable.tracks.push_back(films.tracks[i]);
+    measurable.records.push_back({films.tracks[i], films.curves[i]});
   }
   return measurable;
 }
 
 std::string write_bulk_measurements(const BinFilms& films, const datasets::RunFolder& folder) {
   std::vector<calibrate::FilmedBin> measured;
-  for (std::size_t i = 0; i < films.tracks.size(); ++i) {
+  for (std::size_t i = 0; i < films.records.size(); ++i) {
     const datasets::Replicate& replicate = films.experiment.replicates[i];
-    calibrate::FilmedBin film{.name = replicate.name,
-                              .rig = calibrate::bulk_rig(films.experiment, replicate)};
-    film.measured = calibrate::measure_bin(films.tracks[i], film.rig);
-    measured.push_back(std::move(film));
+    measured.push_back(
+        {.name = replicate.name,
+         .rig = calibrate::bulk_rig(films.experiment, replicate),
+         .measured = calibrate::measure_bin(films.records[i], films.experiment, replicate)});
   }
   const calibrate::BinFits fits = calibrate::fit_bins(measured, films.experiment.rig.gravity);
-  calibrate::write_bin_measurements(folder, films.experiment, measured, films.tracks, fits);
+  calibrate::write_bin_measurements(folder, films.experiment, measured, films.records, fits);
   std::string words;
   for (const calibrate::FilmedBin& film : measured) words += words_on(film);
   return words + words_on(fits);

@@ -12,10 +12,10 @@
 
 namespace graintruth::app {
 
-// Films of a bin that can be measured, and their tracks.
+// Films of a bin that can be measured, and their tracks or discharge curves.
 struct BinFilms {
   datasets::Experiment experiment;  // with the replicates of these films alone
-  std::vector<datasets::Trajectories> tracks;
+  std::vector<calibrate::BinRecord> records;
   std::vector<std::string> left_out;  // names of films whose moving plates are smeared
 };
 

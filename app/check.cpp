@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/first_frame.h"
+#include "app/given_data.h"
 #include "calibrate/bin_calibration.h"
 #include "calibrate/calibration.h"
 #include "calibrate/dem_simulator.h"
@@ -264,6 +265,7 @@ int run_check(const CheckCommand& command) {
 
   // 2. Films and tracks
   std::vector<datasets::Trajectories> tracks;
+  std::vector<calibrate::BinRecord> records;
   for (const datasets::Replicate& replicate : experiment.replicates) {
     if (!replicate.video.empty()) {
       const Experiment recorded =
@@ -272,7 +274,18 @@ int run_check(const CheckCommand& command) {
       continue;
     }
     try {
-      tracks.push_back(datasets::read_tracks(replicate.tracks));
+      if (!replicate.discharge.empty()) {
+        const datasets::DischargeCurve curve = read_given_curve(experiment, replicate);
+        fmt::print("{:<11} {:.4g} g leave between {:.4g} and {:.4g} s\n",
+                   replicate.name,
+                   1e3 * (curve.mass.back() - curve.mass.front()),
+                   curve.time.front(),
+                   curve.time.back());
+        records.push_back({{}, curve});
+        continue;
+      }
+      tracks.push_back(read_given_tracks(experiment, replicate));
+      records.push_back({tracks.back(), std::nullopt});
       fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
                  replicate.name,
                  tracks.back().particles,
@@ -283,10 +296,12 @@ int run_check(const CheckCommand& command) {
       findings.missing.emplace_back(error.what());
     }
   }
-  if (findings.missing.empty() && tracks.size() == experiment.replicates.size()) {
+  if (findings.missing.empty() && records.size() == experiment.replicates.size()) {
     try {
       if (experiment.rig.bin) {
-        calibrate::make_bin_problem(experiment, tracks);
+        const auto problem = calibrate::make_bin_problem(experiment, records);
+        findings.doubtful.insert(
+            findings.doubtful.end(), problem.warnings.begin(), problem.warnings.end());
       } else {
         calibrate::make_problem(experiment, tracks);
       }

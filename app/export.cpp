@@ -14,7 +14,7 @@
 #include "app/made_folders.h"
 #include "datasets/input_error.h"
 #include "datasets/table.h"
-#include "datasets/trajectories.h"
+#include "datasets/track_files.h"
 #include "reports/run_data.h"
 #include "reports/words.h"
 #include "sim/simulation.h"

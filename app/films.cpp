@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/first_frame.h"
+#include "app/given_data.h"
 #include "app/interrupt.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
@@ -198,22 +199,25 @@ Json track_film(const datasets::Experiment& experiment,
   return summary;
 }
 
-// What can be seen to be unusable before the work begins: tracks that do not fit, and films of
-// which no frame can be read. Returns the tracks; empty ones where there is a film.
-std::vector<datasets::Trajectories> look_at_inputs(const datasets::Experiment& experiment) {
-  std::vector<datasets::Trajectories> tracks;
-  bool films = false;
+// What can be seen to be unusable before the work begins: tracks and curves that do not fit, and
+// films of which no frame can be read. The tracks are empty where there is a film.
+TrackedFilms look_at_inputs(const datasets::Experiment& experiment) {
+  TrackedFilms films;
+  bool filmed = false;
   for (const datasets::Replicate& replicate : experiment.replicates) {
-    if (replicate.video.empty()) {
-      tracks.push_back(datasets::read_tracks(replicate.tracks));
-    } else {
-      films = true;
-      tracks.emplace_back();
+    films.tracks.emplace_back();
+    films.curves.emplace_back();
+    if (!replicate.video.empty()) {
+      filmed = true;
       require_first_frame(experiment, replicate);
+    } else if (!replicate.tracks.empty()) {
+      films.tracks.back() = read_given_tracks(experiment, replicate);
+    } else {
+      films.curves.back() = read_given_curve(experiment, replicate);
     }
   }
-  if (!films && !experiment.rig.bin) calibrate::make_problem(experiment, tracks);
-  return tracks;
+  if (!filmed && !experiment.rig.bin) calibrate::make_problem(experiment, films.tracks);
+  return films;
 }
 
 }  // namespace
@@ -223,7 +227,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
                          int jobs,
                          ProgressLine& progress) {
   const std::size_t count = experiment.replicates.size();
-  TrackedFilms films{.tracks = look_at_inputs(experiment)};
+  TrackedFilms films = look_at_inputs(experiment);
   std::vector<Json> summaries(count);
   std::vector<std::string> hashes(count);
   std::vector<double> shares(count, 0.0);
@@ -262,7 +266,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
     const auto i = static_cast<std::size_t>(index);
     const datasets::Replicate& replicate = experiment.replicates[i];
     const bool is_film = !replicate.video.empty();
-    hashes[i] = datasets::file_hash(is_film ? replicate.video : replicate.tracks);
+    hashes[i] = datasets::file_hash(replicate.file());
     if (is_film) track(i, replicate);
     show(i, 1.0);
   });
@@ -271,8 +275,8 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
   for (std::size_t i = 0; i < count; ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
     const bool is_film = !replicate.video.empty();
-    films.input_hashes[(is_film ? replicate.video : replicate.tracks).filename().string()] =
-        hashes[i];
+    films.input_hashes[replicate.file().filename().string()] = hashes[i];
+    if (films.curves[i]) continue;
     if (!is_film) {
       const std::filesystem::path copy = folder.tracks(replicate.name);
       std::error_code error;

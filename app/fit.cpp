@@ -7,8 +7,8 @@
 #include "app/commands.h"
 #include "calibrate/beverloo.h"
 #include "calibrate/kinematic.h"
+#include "datasets/column_names.h"
 #include "datasets/input_error.h"
-#include "datasets/quantity_column.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::app {
@@ -16,24 +16,7 @@ namespace graintruth::app {
 namespace {
 
 using datasets::InputError;
-using datasets::Quantity;
-
-constexpr std::array<std::string_view, 7> orifice_names{
-    "orifice", "orifice_d", "orifice_width", "orifice_diameter", "opening", "d0", "outlet"};
-constexpr std::array<std::string_view, 7> rate_names{
-    "flow_rate", "flow_rate_q", "q", "w", "rate", "discharge_rate", "mass_flow_rate"};
-constexpr std::array<std::string_view, 5> rate_error_names{
-    "flow_rate_standard_uncertainty", "flow_rate_uncertainty", "flow_rate_se", "q_se", "sigma_q"};
-constexpr std::array<std::string_view, 4> areal_names{
-    "areal_density", "areal_density_rho", "rho_areal", "rho"};
-constexpr std::array<std::string_view, 4> bulk_names{"bulk_density", "density", "rho_bulk", "rho"};
-constexpr std::array<std::string_view, 3> diameter_names{
-    "particle_diameter", "grain_diameter", "d"};
-constexpr std::array<std::string_view, 4> place_names{"x", "position", "place", "distance"};
-constexpr std::array<std::string_view, 6> velocity_names{
-    "velocity", "v", "speed", "vertical_velocity", "velocity_z", "vz"};
-constexpr std::array<std::string_view, 4> velocity_error_names{
-    "velocity_standard_uncertainty", "velocity_uncertainty", "velocity_se", "sigma_v"};
+namespace columns = datasets::columns;
 
 void finish(const FitCommand& command, const nlohmann::json& result, const std::string& words) {
   if (!command.common.out.empty()) {
@@ -59,19 +42,12 @@ std::vector<calibrate::DischargeRate> read_rates(const FitCommand& command,
                                                  const datasets::Table& table) {
   need_rows(table, 3, "a fit of C and k");
   const bool slot = command.law == "slot";
-  const auto orifices = datasets::positive_quantity(
-      table, {"the orifice's width", orifice_names, datasets::length_units});
-  const auto rates =
-      datasets::positive_quantity(table, {"the flow rate", rate_names, datasets::mass_rate_units});
-  const auto densities =
-      slot ? datasets::positive_quantity(
-                 table, {"the bed's areal density", areal_names, datasets::areal_density_units})
-           : datasets::positive_quantity(
-                 table, {"the bed's bulk density", bulk_names, datasets::density_units});
-  const auto errors = datasets::find_quantity(
-      table, {"the flow rate's standard uncertainty", rate_error_names, datasets::mass_rate_units});
-  auto diameters = datasets::find_quantity(
-      table, {"the particles' diameter", diameter_names, datasets::length_units});
+  const auto orifices = datasets::positive_quantity(table, columns::orifice);
+  const auto rates = datasets::positive_quantity(table, columns::rate);
+  const auto densities = slot ? datasets::positive_quantity(table, columns::areal_density)
+                              : datasets::positive_quantity(table, columns::bulk_density);
+  const auto errors = datasets::find_quantity(table, columns::rate_error);
+  auto diameters = datasets::find_quantity(table, columns::particle_diameter);
   if (command.diameter > 0.0) diameters.emplace(table.rows(), command.diameter);
   if (!diameters) {
     throw InputError(
@@ -202,12 +178,9 @@ int run_fit_beverloo(const FitCommand& command) {
 int run_fit_kinematic(const FitCommand& command) {
   const datasets::Table table = datasets::read_csv(command.data);
   need_rows(table, 4, "a fit of B");
-  const auto places = datasets::finite_quantity(
-      table, {"the place across the bed", place_names, datasets::length_units});
-  auto velocities = datasets::finite_quantity(
-      table, {"the vertical velocity", velocity_names, datasets::speed_units});
-  const auto errors = datasets::find_quantity(
-      table, {"the velocity's standard uncertainty", velocity_error_names, datasets::speed_units});
+  const auto places = datasets::finite_quantity(table, columns::place);
+  auto velocities = datasets::finite_quantity(table, columns::velocity);
+  const auto errors = datasets::find_quantity(table, columns::velocity_error);
   // Downwards is what flows, whichever sign the table gives it.
   double sum = 0.0;
   for (double velocity : velocities) sum += velocity;

@@ -204,6 +204,8 @@ friction_particle_wall = {lower = 0.0, upper = 0.7}
 # One film a replicate, with the width of its orifice. It must show the bed at rest for some frames, and go on until the
 # flow has stopped. Three orifices or more give Beverloo's C and k. At least one orifice needs a second film, better all of
 # them a third: how films of one orifice differ is all that tells how exactly a rate is known.
+# In place of a video: tracks = "file.csv" of trackpy, TrackMate or ImageJ, or discharge = "file.csv" of a load cell (time
+# and mass); docs/imports.md tells what to state beside them.
 # held_out = true keeps a film out of the calibration, to be predicted. Where no film says so, orifices narrower than six
 # particle diameters are held out, as long as two wider ones remain.
 [[replicate]]

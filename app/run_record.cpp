@@ -52,9 +52,7 @@ Json configuration_json(const datasets::Experiment& experiment) {
   Json replicates = Json::array();
   for (const datasets::Replicate& replicate : experiment.replicates) {
     replicates.push_back(
-        {{"name", replicate.name},
-         {"file",
-          (replicate.video.empty() ? replicate.tracks : replicate.video).filename().string()}});
+        {{"name", replicate.name}, {"file", replicate.file().filename().string()}});
   }
   const datasets::Material& material = experiment.material;
   return {{"title", experiment.title},

@@ -70,7 +70,9 @@ calibrate::BinProblem Session::bin_problem() {
                     fmt::join(films.left_out, ", ")));
   }
   write_bulk_measurements(films, folder_);
-  return calibrate::make_bin_problem(films.experiment, films.tracks);
+  calibrate::BinProblem problem = calibrate::make_bin_problem(films.experiment, films.records);
+  films_.warnings.insert(films_.warnings.end(), problem.warnings.begin(), problem.warnings.end());
+  return problem;
 }
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_all(const calibrate::BinProblem& problem,

@@ -228,7 +228,8 @@ BinComparison::Shares BinComparison::shares_of(const std::vector<Differences>& o
     for (std::size_t k = 2; k < z.size(); ++k) velocity.add(pseudo_huber(z[k]));
   }
   const double velocities = velocity.value();
-  return {rate.value(), remaining.value(), std::isnan(velocities) ? 0.0 : velocities};
+  if (std::isnan(velocities)) return {rate.value(), remaining.value(), 0.0, 2};
+  return {rate.value(), remaining.value(), velocities};
 }
 
 BinComparison::Shares BinComparison::shares(std::span<const SimulatedRun> runs) const {

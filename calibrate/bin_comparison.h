@@ -52,7 +52,8 @@ class BinComparison final : public Comparison {
   const std::vector<OrificeMean>& orifices() const { return orifices_; }
   const BinScatter& scatter() const { return scatter_; }
 
-  // J = mean over the three kinds of the mean of rho(z), z = (S - D)/u, rho of objective.h, with D
+  // J = mean over the kinds (velocities only where any film has them) of the mean of rho(z), z =
+  // (S - D)/u, rho of objective.h, with D
   // and S the means over an orifice's films and their simulations, and u = s sqrt(2/n): both
   // scatter alike. A kind counts once, however many numbers it has.
   double objective(std::span<const SimulatedRun> runs) const override;
@@ -75,7 +76,8 @@ class BinComparison final : public Comparison {
   // Shares of J at these runs: rates, remaining, velocities.
   struct Shares {
     double rate = 0.0, remaining = 0.0, velocity = 0.0;
-    double total() const { return (rate + remaining + velocity) / 3.0; }
+    int kinds = 3;  // 2 where no velocities are known
+    double total() const { return (rate + remaining + velocity) / kinds; }
   };
   Shares shares(std::span<const SimulatedRun> runs) const;
   // Mean over the simulations of an orifice's films, kg/s; a run that did not complete counts as 0.

@@ -58,7 +58,6 @@ BinFits fit_bins(std::span<const FilmedBin> runs, double gravity) {
     });
     if (at == fits.orifices.end()) at = fits.orifices.insert(at, OrificeFlow{.orifice = orifice});
     at->rate += one.steady.rate;
-    at->density += one.run->measured.flowing_density;
     ++at->runs;
   }
   std::sort(fits.orifices.begin(), fits.orifices.end(), [](const auto& a, const auto& b) {
@@ -67,7 +66,13 @@ BinFits fit_bins(std::span<const FilmedBin> runs, double gravity) {
   double squares = 0.0;
   for (OrificeFlow& flow : fits.orifices) {
     flow.rate /= flow.runs;
-    flow.density /= flow.runs;
+    int tracked = 0;
+    for (const SteadyRun& one : steady_runs) {
+      if (one.run->rig.orifice != flow.orifice || !one.run->measured.of_tracks) continue;
+      flow.density += one.run->measured.flowing_density;
+      ++tracked;
+    }
+    flow.density /= tracked;
     fits.freedom += flow.runs - 1;
     for (const SteadyRun& one : steady_runs) {
       if (one.run->rig.orifice == flow.orifice)
@@ -83,14 +88,16 @@ BinFits fit_bins(std::span<const FilmedBin> runs, double gravity) {
   }
 
   // 2. Beverloo's law through them
-  if (fits.orifices.size() >= 3) {
-    std::vector<DischargeRate> rates;
-    for (const OrificeFlow& flow : fits.orifices)
-      rates.push_back({.orifice = flow.orifice,
-                       .rate = flow.rate,
-                       .density = flow.density,
-                       .particle_diameter = fits.particle_diameter,
-                       .standard_uncertainty = flow.standard_error});
+  std::vector<DischargeRate> rates;
+  for (const OrificeFlow& flow : fits.orifices) {
+    if (std::isnan(flow.density)) continue;
+    rates.push_back({.orifice = flow.orifice,
+                     .rate = flow.rate,
+                     .density = flow.density,
+                     .particle_diameter = fits.particle_diameter,
+                     .standard_uncertainty = flow.standard_error});
+  }
+  if (rates.size() >= 3) {
     LeastSquaresFit fit = fit_beverloo(BeverlooLaw::slot, rates, gravity);
     if (fit.converged) fits.beverloo = std::move(fit);
   }

@@ -19,7 +19,7 @@ struct OrificeFlow {
   double rate = 0.0;            // kg/s, mean
   double standard_error = 0.0;  // kg/s, of the mean, from the scatter pooled over orifices
   double half_width = 0.0;      // kg/s, of the 95 % interval; NaN without repeats
-  double density = 0.0;         // kg/m2, of the flowing bed
+  double density = 0.0;         // kg/m2, of the flowing bed; NaN where no run has tracks
   // From the velocity profiles of all runs, with the finite orifice
   std::optional<KinematicFit> kinematic;
   double height = 0.0;          // m, of the profiles, mean
@@ -27,11 +27,12 @@ struct OrificeFlow {
 };
 
 struct BinFits {
-  std::vector<OrificeFlow> orifices;        // rising in width
-  double particle_diameter = 0.0;           // m
-  double relative_scatter = 0.0;            // standard deviation of one run's rate, pooled
-  int freedom = 0;                          // of that
-  std::optional<LeastSquaresFit> beverloo;  // joint (C, k), slot law; needs three orifices
+  std::vector<OrificeFlow> orifices;  // rising in width
+  double particle_diameter = 0.0;     // m
+  double relative_scatter = 0.0;      // standard deviation of one run's rate, pooled
+  int freedom = 0;                    // of that
+  std::optional<LeastSquaresFit>
+      beverloo;  // joint (C, k), slot law; needs three orifices with a density
 };
 BinFits fit_bins(std::span<const FilmedBin> runs, double gravity);
 

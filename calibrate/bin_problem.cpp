@@ -1,6 +1,7 @@
 #include "calibrate/bin_problem.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,8 @@ namespace {
 constexpr const char* numbers_version = "1";  // see problem.cpp
 // Where tracks state no error: far below any camera's, and enough for seeds to tell runs apart.
 constexpr datasets::Pose least_error{1.0e-5, 1.0e-5, 1.0e-4};
-constexpr double arching_diameters = 6.0;  // orifices narrower than this arch
+constexpr double curve_frame_interval = 0.01;  // s; as finely as a film shows when particles leave
+constexpr double arching_diameters = 6.0;      // orifices narrower than this arch
 
 void append(std::string& text, double value) { text += datasets::number_text(value) + ";"; }
 
@@ -45,9 +47,13 @@ std::string hash_of(const BinStart& start) {
                              start.standard_deviation.angle,
                              start.duration,
                              start.frame_interval,
-                             start.profile_height,
+                             start.profile_height.value_or(-1.0),
                              start.impact_speed})
     append(text, value);
+  if (start.bed.empty()) {
+    append(text, experiment.particle.count);
+    append(text, start.prepared_bed);
+  }
   for (const datasets::Pose& pose : start.bed) {
     append(text, pose.x);
     append(text, pose.z);
@@ -75,14 +81,23 @@ datasets::Pose typical_error(const datasets::Trajectories& track) {
 
 BinStart start_of(const datasets::Experiment& experiment,
                   const datasets::Replicate& replicate,
-                  const datasets::Trajectories& track,
+                  const BinRecord& record,
                   const BinMeasurement& measured) {
   BinStart start{.experiment = datasets::as_filmed(experiment, replicate),
                  .rig = bulk_rig(experiment, replicate)};
+  if (record.curve) {
+    start.duration = record.curve->time.back();
+    start.frame_interval = curve_frame_interval;
+    return start;
+  }
+  const datasets::Trajectories& track = record.tracks;
   start.bed = measure_starts({&track, 1}).mean;
-  int unseen = 0;
-  for (const datasets::Pose& pose : start.bed)
-    unseen += std::isfinite(pose.x) && std::isfinite(pose.z) && std::isfinite(pose.angle) ? 0 : 1;
+  int unseen = 0, turned = 0;
+  for (const datasets::Pose& pose : start.bed) {
+    unseen += std::isfinite(pose.x) && std::isfinite(pose.z) ? 0 : 1;
+    turned += std::isfinite(pose.angle) ? 1 : 0;
+  }
+  if (turned > 0) unseen = std::max(unseen, static_cast<int>(start.bed.size()) - turned);
   if (static_cast<int>(start.bed.size()) != experiment.particle.count || unseen > 0) {
     throw datasets::InputError(fmt::format(
         "{}: {} particles are seen at rest before the orifice opens, but particle.count is {}; "
@@ -92,6 +107,7 @@ BinStart start_of(const datasets::Experiment& experiment,
         experiment.particle.count));
   }
   start.standard_deviation = typical_error(track);
+  if (turned == 0) start.bed.clear();
   start.duration = track.time.back();
   start.frame_interval =
       (track.time.back() - track.time.front()) / static_cast<double>(track.frames() - 1);
@@ -136,22 +152,47 @@ void require_plates(const datasets::Experiment& experiment) {
   }
 }
 
+BinMeasurement measure_bin(const BinRecord& record,
+                           const datasets::Experiment& experiment,
+                           const datasets::Replicate& replicate) {
+  const BulkRig rig = bulk_rig(experiment, replicate);
+  return record.curve ? measure_bin(*record.curve, experiment.particle.count, rig)
+                      : measure_bin(record.tracks, rig);
+}
+
 BinProblem make_bin_problem(const datasets::Experiment& experiment,
-                            std::span<const datasets::Trajectories> tracks) {
+                            std::span<const BinRecord> records) {
   require_plates(experiment);
   BinProblem problem{.experiment = experiment};
   std::vector<FilmedBin> films;
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
+  std::vector<std::string> weighed, unturned;
+  for (std::size_t i = 0; i < records.size(); ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
     FilmedBin film{.name = replicate.name, .rig = bulk_rig(experiment, replicate)};
-    if (tracks[i].frames() < 2 || tracks[i].time.back() <= 0.0) {
+    const datasets::Trajectories& tracks = records[i].tracks;
+    if (!records[i].curve && (tracks.frames() < 2 || tracks.time.back() <= 0.0)) {
       throw datasets::InputError(
           fmt::format("{}: nothing is seen after the orifice opens; film until the flow ends.",
                       replicate.name));
     }
-    film.measured = measure_bin(tracks[i], film.rig);
-    problem.starts.push_back(start_of(experiment, replicate, tracks[i], film.measured));
+    film.measured = measure_bin(records[i], experiment, replicate);
+    problem.starts.push_back(start_of(experiment, replicate, records[i], film.measured));
+    if (problem.starts.back().bed.empty()) {
+      (records[i].curve ? weighed : unturned).push_back(replicate.name);
+      problem.starts.back().prepared_bed = static_cast<int>(weighed.size() + unturned.size());
+    }
     films.push_back(std::move(film));
+  }
+  if (!weighed.empty()) {
+    problem.warnings.push_back(fmt::format(
+        "{}: a discharge curve tells neither the bed nor velocities nor whether an arch holds the "
+        "rest; simulations start from prepared beds, and only rates and what stays are compared.",
+        fmt::join(weighed, ", ")));
+  }
+  if (!unturned.empty()) {
+    problem.warnings.push_back(fmt::format(
+        "{}: the tracks tell no angles; simulations start from prepared beds instead of this one.",
+        fmt::join(unturned, ", ")));
   }
   choose_held_out(problem.starts);
   double widest = 0.0;

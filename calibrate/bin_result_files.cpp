@@ -21,10 +21,12 @@ Json film_json(const FilmedBin& film) {
   Json json = {{"name", film.name},
                {"orifice_m", film.rig.orifice},
                {"particles", measured.discharge.particles},
-               {"discharged", measured.discharge.times.size()},
-               {"jammed", arching.jammed},
-               {"solid_fraction_at_rest", measured.at_rest.solid_fraction},
-               {"areal_density_at_rest_kg_per_m2", measured.at_rest.areal_density}};
+               {"discharged", measured.discharge.times.size()}};
+  if (measured.of_tracks) {
+    json["jammed"] = arching.jammed;
+    json["solid_fraction_at_rest"] = measured.at_rest.solid_fraction;
+    json["areal_density_at_rest_kg_per_m2"] = measured.at_rest.areal_density;
+  }
   for (const Pause& pause : arching.pauses)
     json["pauses"].push_back({{"from_s", pause.from}, {"to_s", pause.to}});
   if (!steady) return json;
@@ -32,13 +34,13 @@ Json film_json(const FilmedBin& film) {
                     {"to_s", steady->to},
                     {"particles", steady->particles},
                     {"rate_kg_per_s", steady->rate},
-                    {"rate_standard_error_kg_per_s", steady->standard_error},
-                    {"areal_density_kg_per_m2", measured.flowing_density}};
+                    {"rate_standard_error_kg_per_s", steady->standard_error}};
+  if (measured.of_tracks) json["steady"]["areal_density_kg_per_m2"] = measured.flowing_density;
   return json;
 }
 
 void write_tables(std::span<const FilmedBin> films,
-                  std::span<const datasets::Trajectories> tracks,
+                  std::span<const BinRecord> records,
                   const datasets::RunFolder& folder) {
   Table curves({"replicate", "orifice_m", "time_s", "discharged_count", "discharged_mass_kg"});
   Table rates({"replicate",
@@ -62,7 +64,8 @@ void write_tables(std::span<const FilmedBin> films,
     const auto steady = steady_rate(one.measured.discharge, one.rig);
     const Arching arching = find_arching(one.measured.discharge, one.rig);
     const std::string orifice = number_text(one.rig.orifice);
-    for (const double time : tracks[i].time) {
+    const BinRecord& record = records[i];
+    for (const double time : record.curve ? record.curve->time : record.tracks.time) {
       const int count = discharged_by(one.measured.discharge, time);
       curves.add({one.name,
                   orifice,
@@ -75,12 +78,14 @@ void write_tables(std::span<const FilmedBin> films,
                  orifice,
                  number_text(steady->rate),
                  number_text(steady->standard_error),
-                 number_text(one.measured.flowing_density),
+                 one.measured.of_tracks ? number_text(one.measured.flowing_density) : "",
                  number_text(one.rig.particle_diameter),
                  number_text(steady->from),
                  number_text(steady->to),
                  std::to_string(arching.pauses.size()),
-                 arching.jammed ? "yes" : "no"});
+                 !one.measured.of_tracks ? ""
+                 : arching.jammed        ? "yes"
+                                         : "no"});
     }
     for (const VelocitySample& sample : one.measured.profile.samples)
       profiles.add({one.name,
@@ -252,9 +257,9 @@ void write_rates(const datasets::RunFolder& folder, const BinScore& result) {
 void write_bin_measurements(const datasets::RunFolder& folder,
                             const datasets::Experiment& experiment,
                             std::span<const FilmedBin> films,
-                            std::span<const datasets::Trajectories> tracks,
+                            std::span<const BinRecord> records,
                             const BinFits& fits) {
-  write_tables(films, tracks, folder);
+  write_tables(films, records, folder);
   Json json;
   json["experiment"] = experiment.name;
   if (!experiment.note.empty()) json["note"] = experiment.note;

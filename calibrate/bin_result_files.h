@@ -8,12 +8,12 @@
 
 namespace graintruth::calibrate {
 
-// measured.json, and the tables discharge, flow_rates and velocity_profiles. `tracks` are those of
+// measured.json, and the tables discharge, flow_rates and velocity_profiles. `records` are those of
 // the films.
 void write_bin_measurements(const datasets::RunFolder& folder,
                             const datasets::Experiment& experiment,
                             std::span<const FilmedBin> films,
-                            std::span<const datasets::Trajectories> tracks,
+                            std::span<const BinRecord> records,
                             const BinFits& fits);
 
 // result.json and the tables of the report; `wall_time` in s.

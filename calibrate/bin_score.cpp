@@ -46,7 +46,8 @@ double mean_of(const std::vector<double>& values) {
 Probability jams_of(const std::vector<FilmedBin>& bins, double orifice) {
   int jams = 0, runs = 0;
   for (const FilmedBin& bin : bins) {
-    if (bin.rig.orifice != orifice) continue;
+    // A discharge curve cannot tell.
+    if (bin.rig.orifice != orifice || !bin.measured.of_tracks) continue;
     ++runs;
     jams += find_arching(bin.measured.discharge, bin.rig).jammed ? 1 : 0;
   }

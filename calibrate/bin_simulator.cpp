@@ -1,7 +1,10 @@
 #include "calibrate/bin_simulator.h"
 
 #include <algorithm>
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_real_distribution.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "calibrate/dem_rig.h"
 
@@ -10,16 +13,40 @@ namespace graintruth::calibrate {
 namespace {
 
 constexpr double settling_time = 0.1;     // s of rest on the closed orifice
+constexpr double falling_time = 0.5;      // s that a prepared bed needs to rest after its last fall
 constexpr double allowed_overlap = 0.01;  // of the particle diameter, in the hardest impact
 
-// The bin, closed: the stopper is the last wall.
-sim::Scene closed_bin(const BinStart& start, const ParameterSet& parameters, double restitution) {
+// Rows from the floor up that touch neither each other nor the walls, at random angles and as
+// randomly placed as that allows.
+std::vector<datasets::Pose> loose_rows(const BinStart& start, std::uint64_t seed) {
+  // Films share the seeds of an evaluation, but not their beds: they are different runs.
+  boost::random::mt19937_64 generator(seed + static_cast<std::uint64_t>(start.prepared_bed));
+  boost::random::uniform_real_distribution<double> share(0.0, 1.0);
+  const double length = 2.0 * start.experiment.particle.plate->semi_major;
+  const double width = start.experiment.rig.bin->width;
+  const int columns = std::max(1, static_cast<int>(width / (1.02 * length)));
+  const double pitch = width / columns;
+  std::vector<datasets::Pose> bed;
+  for (int i = 0; i < start.experiment.particle.count; ++i) {
+    const double slack = (share(generator) - 0.5) * (pitch - length);
+    bed.push_back({(i % columns + 0.5) * pitch - 0.5 * width + slack,
+                   (i / columns + 0.5) * 1.02 * length,
+                   std::numbers::pi * share(generator)});
+  }
+  return bed;
+}
+
+// The bin, closed: the stopper is the last wall. Its side walls reach up to `height` at least.
+sim::Scene closed_bin(const BinStart& start,
+                      const ParameterSet& parameters,
+                      double restitution,
+                      double height) {
   sim::Scene scene =
       empty_scene(start.experiment, simulated_modulus(start), parameters, restitution);
   for (const datasets::Wall& wall : start.experiment.rig.walls) {
     sim::Vec2 to(wall.to_x, wall.to_z);
     // A camera sees no particle above the side walls' ends, but a measured bed may touch them.
-    if (wall.from_x == wall.to_x) to.y() *= 2.0;
+    if (wall.from_x == wall.to_x) to.y() = std::max(2.0 * to.y(), height);
     scene.add_wall(sim::segment_wall({wall.from_x, wall.from_z}, to, {}, wall_material));
   }
   const double half = 0.5 * start.rig.orifice;
@@ -32,10 +59,10 @@ class Filmed {
  public:
   Filmed(const BinStart& start, std::vector<double> times)
       : lowest_(-start.rig.particle_diameter),
-        tracks_(
-            datasets::make_trajectories(times.size(), static_cast<int>(start.bed.size()), false)) {
+        tracks_(datasets::make_trajectories(times.size(), start.experiment.particle.count, false)) {
     tracks_.time = std::move(times);
-    for (std::size_t i = 0; i < start.bed.size(); ++i) particle_.push_back(i);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(tracks_.particles); ++i)
+      particle_.push_back(i);
   }
 
   // One frame; then takes out what has fallen far enough. False when nothing is left to see.
@@ -73,19 +100,32 @@ SimulatedRun simulate(const BinStart& start,
   RunGuard guard(options, run);
   const sim::Sampling sampling = guard.sampling();
 
-  // 1. The filmed bed, without overlap
+  // 1. The filmed bed, without overlap; or one that has yet to fall
   const ParameterSet& parameters = request.parameters;
-  sim::Scene scene =
-      closed_bin(start, parameters, std::min(settling_restitution, parameters.restitution));
-  if (!place_bodies(start.bed, start.standard_deviation, request.seed, scene, run)) return run;
+  const bool prepared = start.bed.empty();
+  const std::vector<datasets::Pose> bed = prepared ? loose_rows(start, request.seed) : start.bed;
+  const double top = bed.back().z + start.rig.particle_diameter;  // of what falls
+  ParameterSet settling = parameters;
+  settling.restitution = std::min(settling_restitution, parameters.restitution);
+  if (prepared) settling.friction_particle_particle = settling.friction_particle_wall = 0.0;
+  sim::Scene scene = closed_bin(start, settling, settling.restitution, prepared ? top : 0.0);
+  if (!place_bodies(bed, start.standard_deviation, request.seed, scene, run)) return run;
 
   // 2. Rest on the closed orifice
   sim::SimulationOptions choices;
   choices.time_step = {.fraction = request.time_step_fraction, .impact_speed = start.impact_speed};
   sim::Simulation simulation(scene, choices);
-  if (!guard.ended_well(simulation.run_until(settling_time, sampling))) return run;
+  double opening = settling_time;
+  if (prepared) {
+    opening += std::sqrt(2.0 * top / start.rig.gravity) + falling_time;
+    if (!guard.ended_well(simulation.run_until(opening - settling_time, sampling))) return run;
+    settling.friction_particle_particle = parameters.friction_particle_particle;
+    settling.friction_particle_wall = parameters.friction_particle_wall;
+    use_parameters(settling, simulation);
+  }
+  if (!guard.ended_well(simulation.run_until(opening, sampling))) return run;
   use_parameters(parameters, simulation);
-  simulation.open_wall(static_cast<int>(scene.walls.size()) - 1, settling_time);
+  simulation.open_wall(static_cast<int>(scene.walls.size()) - 1, opening);
 
   // 3. Open, frame by frame
   const auto frames =
@@ -95,8 +135,7 @@ SimulatedRun simulate(const BinStart& start,
     times.push_back(static_cast<double>(frame) * start.frame_interval);
   Filmed filmed(start, times);
   for (std::size_t frame = 0; frame < frames; ++frame) {
-    if (frame > 0 &&
-        !guard.ended_well(simulation.run_until(settling_time + times[frame], sampling)))
+    if (frame > 0 && !guard.ended_well(simulation.run_until(opening + times[frame], sampling)))
       return run;
     if (!filmed.record(frame, simulation)) break;
   }
@@ -126,7 +165,7 @@ double simulated_modulus(const BinStart& start) {
 }
 
 double largest_time_step_fraction(const BinStart& start) {
-  sim::Scene scene = closed_bin(start, {}, 1.0);
+  sim::Scene scene = closed_bin(start, {}, 1.0, 0.0);
   scene.add_planar_body(0, {0.0, 0.0}, 0.0);
   const sim::TimeStepOptions options{.fraction = 1.0, .impact_speed = start.impact_speed};
   return sim::choose_time_step(scene, options) / sim::critical_time_step(scene);

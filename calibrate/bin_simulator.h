@@ -7,9 +7,11 @@
 namespace graintruth::calibrate {
 
 // The run of one film, simulated: its bed with a draw of the tracking error, moved apart where the
-// model's outline overlaps, settled on the closed orifice with the friction of the request, then
-// opened at time 0 and measured as the film is. Particles are taken out once they have fallen a
-// diameter below the floor. The panes exert no force.
+// model's outline overlaps (or, where the film tells none, a bed prepared as in thesis 4.3.4: rows
+// of particles at random angles that fall and settle without friction), settled on the closed
+// orifice with the friction of the request, then opened at time 0 and measured as the film is.
+// Particles are taken out once they have fallen a diameter below the floor. The panes exert no
+// force.
 Simulator make_bin_simulator(const BinStart& start, const DemSimulatorOptions& options);
 
 // The modulus that is simulated, Pa: that of the bench, or the lower one at which the hardest

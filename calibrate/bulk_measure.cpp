@@ -139,6 +139,30 @@ Discharge measure_discharge(const Trajectories& tracks, const BulkRig& rig) {
   return discharge;
 }
 
+Discharge measure_discharge(const datasets::DischargeCurve& curve,
+                            int particles,
+                            const BulkRig& rig) {
+  Discharge discharge{.particles = particles, .from = curve.time.front(), .to = curve.time.back()};
+  std::size_t first = 0, last = 0;  // samples between which particles leave
+  for (std::size_t sample = 1; sample < curve.time.size(); ++sample) {
+    const double before = curve.mass[sample - 1], now = curve.mass[sample];
+    for (auto next = static_cast<double>(discharge.times.size());
+         next < particles && now >= (next + 0.5) * rig.particle_mass;
+         next += 1.0) {
+      const double share = ((next + 0.5) * rig.particle_mass - before) / (now - before);
+      discharge.times.push_back(curve.time[sample - 1] +
+                                share * (curve.time[sample] - curve.time[sample - 1]));
+      if (first == 0) first = sample;
+      last = sample;
+    }
+  }
+  if (!discharge.times.empty()) {
+    discharge.together = static_cast<int>(std::ceil(static_cast<double>(discharge.times.size()) /
+                                                    static_cast<double>(last - first + 1)));
+  }
+  return discharge;
+}
+
 int discharged_by(const Discharge& discharge, double time) {
   return static_cast<int>(std::upper_bound(discharge.times.begin(), discharge.times.end(), time) -
                           discharge.times.begin());
@@ -156,16 +180,26 @@ Arching find_arching(const Discharge& discharge, const BulkRig& rig) {
 }
 
 std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig& rig) {
-  const std::vector<double>& times = discharge.times;
-  const double all = discharge.particles;
+  const auto together = static_cast<std::size_t>(discharge.together);
+  std::vector<double> times;  // in which so many leave together
+  std::vector<bool> paused;   // whether nobody left for too long before
+  const double longest = longest_gap(rig);
+  bool pause = false;
+  for (std::size_t i = 0; i < discharge.times.size(); ++i) {
+    pause |= i > 0 && discharge.times[i] - discharge.times[i - 1] > longest;
+    if ((i + 1) % together != 0) continue;
+    times.push_back(discharge.times[i]);
+    paused.push_back(pause);
+    pause = false;
+  }
+  const double all = discharge.particles / static_cast<double>(together);
   const auto begin = static_cast<std::size_t>(std::ceil(0.1 * all));
   const std::size_t end = std::min(times.size(), static_cast<std::size_t>(0.8 * all) + 1);
   const double tolerance = 0.02 * all;
-  const double longest = longest_gap(rig);
   std::size_t best_first = 0, best_last = 0;
   for (std::size_t first = begin; first < end; ++first) {
     for (std::size_t last = first + 1; last < end; ++last) {
-      if (times[last] - times[last - 1] > longest) break;
+      if (paused[last]) break;
       if (last - first <= best_last - best_first) continue;
       if (line_through(times, first, last).largest_residual > tolerance) continue;
       best_first = first;
@@ -177,15 +211,15 @@ std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig&
   SteadyRate steady;
   steady.from = times[best_first];
   steady.to = times[best_last];
-  steady.particles = static_cast<int>(gaps);
+  steady.particles = static_cast<int>(gaps * together);
   // Rate = 1 / mean gap; to first order its error is rate^2 times that of the mean gap.
   std::vector<double> between;
   for (std::size_t i = best_first + 1; i <= best_last; ++i)
     between.push_back(times[i] - times[i - 1]);
   const double frequency = line_through(times, best_first, best_last).slope;
-  steady.rate = rig.particle_mass * frequency;
-  steady.standard_error =
-      rig.particle_mass * frequency * frequency * standard_error_of_mean(between);
+  const double mass = rig.particle_mass * discharge.together;
+  steady.rate = mass * frequency;
+  steady.standard_error = mass * frequency * frequency * standard_error_of_mean(between);
   return steady;
 }
 
@@ -323,6 +357,12 @@ BinMeasurement measure_bin(const Trajectories& tracks,
   VelocityProfile profile = measure_profile(tracks, rig, height, steady->from, until);
   if (profile.samples.size() >= 4) measured.profile = std::move(profile);
   return measured;
+}
+
+BinMeasurement measure_bin(const datasets::DischargeCurve& curve,
+                           int particles,
+                           const BulkRig& rig) {
+  return {.discharge = measure_discharge(curve, particles, rig), .of_tracks = false};
 }
 
 BulkRig bulk_rig(const datasets::Experiment& experiment, const datasets::Replicate& replicate) {

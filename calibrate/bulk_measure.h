@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibrate/kinematic.h"
+#include "datasets/discharge_curve.h"
 #include "datasets/experiment.h"
 #include "datasets/stagnant.h"
 #include "datasets/trajectories.h"
@@ -31,8 +32,18 @@ struct Discharge {
   double from = 0.0;          // s, first frame
   double to = 0.0;            // s, last frame
   std::vector<double> times;  // s
+  // How many leave between two samples, where a curve was sampled: their times are only known
+  // together, and say nothing of how regularly single particles left.
+  int together = 1;
 };
 Discharge measure_discharge(const datasets::Trajectories& tracks, const BulkRig& rig);
+
+// The same from the mass that has left, of a bin that held `particles` at first: particle n has
+// left once the mass passes that of n - 1/2 particles. Whether particles still lie above the
+// opening is not known, and taken for no; so a curve never tells a jam from a bin that has run out.
+Discharge measure_discharge(const datasets::DischargeCurve& curve,
+                            int particles,
+                            const BulkRig& rig);
 
 // How many have left by a time.
 int discharged_by(const Discharge& discharge, double time);
@@ -53,7 +64,8 @@ Arching find_arching(const Discharge& discharge, const BulkRig& rig);
 
 // The steady rate: over the longest stretch between 10 and 80 % discharged in which the count lies
 // within 2 % of all particles from a straight line and nothing pauses (written rule in place of the
-// thesis's eye). The standard error comes from the gaps between particles, which are not
+// thesis's eye). Of particles whose times are only known together, the last one counts for all. The
+// standard error comes from the gaps between particles, which are not
 // independent (Newey and West 1987).
 struct SteadyRate {
   double from = 0.0, to = 0.0;  // s
@@ -100,9 +112,10 @@ datasets::StagnantMap measure_stagnant(const datasets::Trajectories& tracks,
                                        std::size_t from,
                                        std::size_t to);
 
-// All that is measured of one run, filmed or simulated.
+// All that is measured of one run, filmed, weighed or simulated.
 struct BinMeasurement {
   Discharge discharge;
+  bool of_tracks = true;         // false: a discharge curve alone, and what follows is not known
   BedShape at_rest;              // at time 0
   double flowing_density = 0.0;  // kg/m2, mean over the steady stretch; 0 where nothing was steady
   VelocityProfile profile;       // without samples where nothing was steady
@@ -113,6 +126,11 @@ struct BinMeasurement {
 BinMeasurement measure_bin(const datasets::Trajectories& tracks,
                            const BulkRig& rig,
                            std::optional<double> profile_height = std::nullopt);
+
+// Of a discharge curve: the discharge, and nothing else.
+BinMeasurement measure_bin(const datasets::DischargeCurve& curve,
+                           int particles,
+                           const BulkRig& rig);
 
 // The rig of one replicate, as it is measured.
 BulkRig bulk_rig(const datasets::Experiment& experiment, const datasets::Replicate& replicate);

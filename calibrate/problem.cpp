@@ -106,8 +106,7 @@ void check_fit(const datasets::Experiment& experiment,
   const double last = experiment.measurement.frame_interval * (experiment.measurement.frames - 1);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
-    const std::string& name =
-        (replicate.video.empty() ? replicate.tracks : replicate.video).string();
+    const std::string& name = replicate.file().string();
     if (tracks[i].particles != experiment.particle.count) {
       throw datasets::InputError(
           fmt::format("{}: {} particles are tracked, but the experiment has {}.",
@@ -129,6 +128,26 @@ void check_fit(const datasets::Experiment& experiment,
                       last));
     }
   }
+}
+
+// Where tracks tell no angles: those of the stated starting places, or none for a body that is
+// round in the picture.
+void complete_angles(const datasets::Experiment& experiment, StartPoses& starts) {
+  const bool known = std::any_of(starts.mean.begin(), starts.mean.end(), [](const auto& pose) {
+    return std::isfinite(pose.angle);
+  });
+  if (known) return;
+  const auto& spheres = experiment.particle.spheres;
+  const bool round = std::all_of(
+      spheres.begin(), spheres.end(), [](const auto& sphere) { return sphere.offset == 0.0; });
+  if (!round && experiment.starts.empty()) {
+    throw datasets::InputError(
+        fmt::format("{}: the tracks tell no angles, and the particles are not round; add a column "
+                    "angle_rad, or state every particle's starting place and angle as [[start]].",
+                    experiment.file.string()));
+  }
+  for (std::size_t i = 0; i < starts.mean.size(); ++i)
+    starts.mean[i].angle = round ? 0.0 : experiment.starts[i].angle;
 }
 
 }  // namespace
@@ -184,6 +203,7 @@ Problem make_problem(const datasets::Experiment& experiment,
         compared_part(datasets::sample(track, times), experiment.measurement.compared));
   problem.comparison = std::make_shared<TrackComparison>(std::move(replicates));
   problem.starts = measure_starts(tracks);
+  complete_angles(experiment, problem.starts);
   for (std::size_t particle = 0; particle < problem.starts.mean.size(); ++particle) {
     const datasets::Pose& pose = problem.starts.mean[particle];
     if (std::isfinite(pose.x) && std::isfinite(pose.z) && std::isfinite(pose.angle)) continue;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <libfccp/csv.h>
 
+#include <algorithm>
 #include <limits>  // csv.h needs it and does not include it
 
 #include "datasets/input_error.h"
@@ -14,11 +15,12 @@ namespace graintruth::datasets {
 
 namespace {
 
-using Quotes = io::double_quote_escape<',', '"'>;
 using Blanks = io::trim_chars<' ', '\t'>;
 using Skipped = io::single_and_empty_line_comment<'#'>;
 
+template <char separator>
 std::vector<std::string> split(char* line) {
+  using Quotes = io::double_quote_escape<separator, '"'>;
   std::vector<std::string> cells;
   while (line != nullptr) {
     char* begin = nullptr;
@@ -29,6 +31,24 @@ std::vector<std::string> split(char* line) {
     cells.emplace_back(begin, end);
   }
   return cells;
+}
+
+// What parts the cells of a file whose header this is.
+char separator_of(std::string_view header) {
+  if (header.find('\t') != std::string_view::npos) return '\t';
+  const auto semicolons = std::count(header.begin(), header.end(), ';');
+  return semicolons > std::count(header.begin(), header.end(), ',') ? ';' : ',';
+}
+
+std::vector<std::string> split(char* line, char separator) {
+  switch (separator) {
+    case '\t':
+      return split<'\t'>(line);
+    case ';':
+      return split<';'>(line);
+    default:
+      return split<','>(line);
+  }
 }
 
 std::string quoted(const std::string& cell) {
@@ -56,12 +76,14 @@ Table read_csv(const std::filesystem::path& file) {
   Table table;
   table.file_ = file;
   int line_number = 0;
+  char separator = ',';
   try {
     io::LineReader reader(file.string());
     while (char* line = reader.next_line()) {
       line_number = static_cast<int>(reader.get_file_line());
       if (Skipped::is_comment(line)) continue;
-      std::vector<std::string> cells = split(line);
+      if (table.columns_.empty()) separator = separator_of(line);
+      std::vector<std::string> cells = split(line, separator);
       if (table.columns_.empty()) {
         table.columns_ = std::move(cells);
         continue;
@@ -81,6 +103,7 @@ Table read_csv(const std::filesystem::path& file) {
   } catch (const io::error::base& error) {
     throw InputError(fmt::format("{}:{}: {}", file.string(), line_number + 1, error.what()));
   }
+  table.decimal_comma_ = separator != ',';
   if (table.columns_.empty()) {
     throw InputError(fmt::format("{}: the file is empty; a header row is needed.", file.string()));
   }

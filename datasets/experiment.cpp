@@ -204,6 +204,58 @@ std::vector<StartPlace> read_starts(TomlSection& root, int count) {
   return starts;
 }
 
+// The one file that a replicate names, and under which key.
+const char* read_file(TomlSection& section,
+                      const std::filesystem::path& folder,
+                      const std::optional<FlatBin>& bin,
+                      Replicate& replicate) {
+  const auto video = section.optional_text("video");
+  const auto tracks = section.optional_text("tracks");
+  const auto discharge = section.optional_text("discharge");
+  if (video.has_value() + tracks.has_value() + discharge.has_value() != 1)
+    section.fail("video", "is needed, or 'tracks', or 'discharge': exactly one of the three");
+  if (discharge && !bin) section.fail("discharge", "needs a rig of kind 'flat_bin_orifice'");
+  const char* key = video ? "video" : tracks ? "tracks" : "discharge";
+  const std::filesystem::path path = folder / (video ? *video : tracks ? *tracks : *discharge);
+  if (!std::filesystem::is_regular_file(path))
+    section.fail(key, fmt::format("names '{}', but there is no such file", path.string()));
+  (video ? replicate.video : tracks ? replicate.tracks : replicate.discharge) = path;
+  return key;
+}
+
+// What only concerns files of others: their clock, their pixels, their axes.
+void read_source(TomlSection& section, Replicate& replicate) {
+  TrackSource& source = replicate.source;
+  const auto only_for = [&](bool fits, std::string_view key, std::string_view files) {
+    if (!fits) section.fail(key, fmt::format("is only known of {}", files));
+  };
+  source.frame_rate = replicate.frame_rate;
+  if (const auto event = section.optional_quantity("event", time_units)) {
+    only_for(replicate.video.empty(),
+             section.has("event_s") ? "event_s" : "event_ms",
+             "tracks and discharge curves; on films the event is found");
+    source.event_time = *event;
+  }
+  source.scale = section.optional_quantity("scale", scale_units, positive);
+  const bool tracks = !replicate.tracks.empty();
+  if (source.scale) only_for(tracks, "scale_px_per_mm", "tracks");
+  const auto pair = [&](const std::optional<std::vector<double>>& numbers)
+      -> std::optional<std::array<double, 2>> {
+    if (!numbers) return std::nullopt;
+    only_for(tracks, "origin_px", "tracks");
+    return std::array{(*numbers)[0], (*numbers)[1]};
+  };
+  source.origin_px = pair(section.optional_numbers("origin", 2, pixel_units));
+  source.origin = pair(section.optional_numbers("origin", 2, length_units));
+  if (source.origin_px && source.origin) section.fail("origin_px", "gives 'origin' a second time");
+  if (const auto direction = section.optional_text("y_axis")) {
+    only_for(tracks, "y_axis", "tracks");
+    if (*direction != "down" && *direction != "up")
+      section.fail("y_axis", "must be \"down\" (as in pictures) or \"up\"");
+    source.y_is_up = *direction == "up";
+  }
+}
+
 std::vector<Replicate> read_replicates(TomlSection& root,
                                        const std::filesystem::path& folder,
                                        const std::optional<FlatBin>& bin) {
@@ -211,18 +263,8 @@ std::vector<Replicate> read_replicates(TomlSection& root,
   std::set<std::string> names;
   for (TomlSection& section : root.sections("replicate")) {
     Replicate replicate;
-    const auto video = section.optional_text("video");
-    const auto tracks = section.optional_text("tracks");
-    if (video.has_value() == tracks.has_value()) {
-      section.fail("video", "is needed, or 'tracks': exactly one of the two");
-    }
-    const char* key = video ? "video" : "tracks";
-    const std::filesystem::path path = folder / (video ? *video : *tracks);
-    if (!std::filesystem::is_regular_file(path)) {
-      section.fail(key, fmt::format("names '{}', but there is no such file", path.string()));
-    }
-    (video ? replicate.video : replicate.tracks) = path;
-    replicate.name = section.optional_text("name").value_or(path.stem().string());
+    const char* key = read_file(section, folder, bin, replicate);
+    replicate.name = section.optional_text("name").value_or(replicate.file().stem().string());
     if (replicate.name.empty() || replicate.name.find('/') != std::string::npos) {
       section.fail("name", "must be a plain file name");
     }
@@ -231,6 +273,7 @@ std::vector<Replicate> read_replicates(TomlSection& root,
                    fmt::format("makes a second replicate called '{}'", replicate.name));
     }
     replicate.frame_rate = section.optional_quantity("frame_rate", rate_units, positive);
+    read_source(section, replicate);
     if (gives_orifice(section)) {
       if (!bin) section.fail("orifice_width_mm", "needs a rig of kind 'flat_bin_orifice'");
       replicate.orifice_width = read_orifice(section, bin);
@@ -314,7 +357,10 @@ Experiment load_experiment(const std::filesystem::path& file) {
   experiment.replicates = read_replicates(root, file.parent_path(), experiment.rig.bin);
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
-  experiment.camera = read_camera(root.section("camera"), films);
+  // A camera is only needed by those who filmed.
+  if (films || root.has("camera")) experiment.camera = read_camera(root.section("camera"), films);
+  for (Replicate& replicate : experiment.replicates)
+    replicate.source.usual_frame_rate = experiment.camera.frame_rate;
   if (auto section = root.optional_section("measure"))
     experiment.measurement = read_measurement(*section);
   if (auto section = root.optional_section("tune")) read_tuned(*section, experiment);

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "datasets/track_files.h"
+
 namespace graintruth::datasets {
 
 // A bench value. The uncertainty is one standard deviation; 0 where the laboratory gave none.
@@ -98,14 +100,20 @@ struct Camera {
 
 struct Replicate {
   std::string name;                     // stem of the file unless given
-  std::filesystem::path video;          // empty where tracks are given
-  std::filesystem::path tracks;         // CSV, see trajectories.h; empty where a video is given
+  std::filesystem::path video;          // exactly one of these three is given
+  std::filesystem::path tracks;         // see track_files.h
+  std::filesystem::path discharge;      // of a bin; see discharge_curve.h
+  TrackSource source;                   // how the file of tracks is meant; event_time of both files
   std::optional<double> frame_rate;     // Hz, where it is not the camera's
   std::optional<double> orifice_width;  // m, where it is not the rig's
   std::filesystem::path corrections;  // CSV of corrections made by hand; empty where there are none
   // Kept out of the calibration, to be predicted. Where no replicate of a bin says so, see
   // calibrate/bin_problem.h.
   std::optional<bool> held_out;
+
+  const std::filesystem::path& file() const {
+    return !video.empty() ? video : !tracks.empty() ? tracks : discharge;
+  }
 };
 
 // What of the particles is compared: every particle's own track, or only how high the heap of them
@@ -148,7 +156,7 @@ struct Experiment {
 
 // Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key
 // for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does
-// not open videos or tracks, but they must exist.
+// not open videos, tracks or curves, but they must exist.
 Experiment load_experiment(const std::filesystem::path& file);
 
 // The experiment as one replicate was made and filmed: with its own orifice and frame rate in `rig`

@@ -46,7 +46,11 @@ const std::string& Table::text(std::size_t row, std::string_view column) const {
 double Table::number(std::size_t row, std::string_view column) const {
   const std::string_view cell = trimmed(text(row, column));
   if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const std::string_view digits = cell.front() == '+' ? cell.substr(1) : cell;
+  std::string digits(cell.front() == '+' ? cell.substr(1) : cell);
+  if (decimal_comma_ && digits.find('.') == std::string::npos) {
+    const std::size_t comma = digits.find(',');
+    if (comma != std::string::npos) digits[comma] = '.';
+  }
   double value = 0.0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error != std::errc() || end != digits.data() + digits.size()) {
@@ -78,12 +82,16 @@ std::vector<double> Table::numbers(std::string_view column) const {
 }
 
 void Table::add(std::vector<std::string> cells) {
+  add(std::move(cells), static_cast<int>(cells_.size()) + 2);
+}
+
+void Table::add(std::vector<std::string> cells, int line) {
   if (cells.size() != columns_.size()) {
     throw std::logic_error(
         fmt::format("a row of {} cells under {} columns", cells.size(), columns_.size()));
   }
   cells_.push_back(std::move(cells));
-  lines_.push_back(static_cast<int>(cells_.size()) + 1);
+  lines_.push_back(line);
 }
 
 std::string number_text(double value) {

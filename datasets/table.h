@@ -14,7 +14,9 @@ namespace graintruth::datasets {
 class Table {
  public:
   Table() = default;
-  explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+  // `file` is named in sentences about cells; empty for a table that was never read.
+  explicit Table(std::vector<std::string> columns, std::filesystem::path file = {})
+      : file_(std::move(file)), columns_(std::move(columns)) {}
 
   const std::vector<std::string>& columns() const { return columns_; }
   std::size_t rows() const { return cells_.size(); }
@@ -23,14 +25,15 @@ class Table {
   bool has(std::string_view column) const;
   const std::string& text(std::size_t row, std::string_view column) const;
   // Throws InputError with file, line and column when the cell is not a number. An empty cell or
-  // "nan" is NaN.
+  // "nan" is NaN. Where cells are not parted by commas, a decimal comma is as good as a point.
   double number(std::size_t row, std::string_view column) const;
   // As number(), but the cell must hold a whole number.
   int integer(std::size_t row, std::string_view column) const;
   std::vector<double> numbers(std::string_view column) const;
 
-  // Appends a row; as many cells as columns.
+  // Appends a row; as many cells as columns. `line` is where in the file it stands.
   void add(std::vector<std::string> cells);
+  void add(std::vector<std::string> cells, int line);
 
  private:
   friend Table read_csv(const std::filesystem::path& file);
@@ -40,9 +43,11 @@ class Table {
   std::vector<std::string> columns_;
   std::vector<std::vector<std::string>> cells_;
   std::vector<int> lines_;  // where in the file each row stood
+  bool decimal_comma_ = false;
 };
 
-// Comma-separated, first row the header, lines that start with '#' skipped, quotes as in RFC 4180.
+// First row the header, lines that start with '#' skipped, quotes as in RFC 4180. Cells are parted
+// by tabs where the header has one, else by semicolons or commas, of which it has more.
 Table read_csv(const std::filesystem::path& file);
 std::string to_csv(const Table& table);
 void write_csv(const std::filesystem::path& file, const Table& table);

@@ -1,13 +1,9 @@
 #include "datasets/trajectories.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
-#include "datasets/input_error.h"
 #include "datasets/run_folder.h"
 #include "datasets/table.h"
 
@@ -21,24 +17,6 @@ bool is_seen(const Pose& pose) { return std::isfinite(pose.x) && std::isfinite(p
 Pose between(const Pose& a, const Pose& b, double share) {
   return {
       a.x + share * (b.x - a.x), a.z + share * (b.z - a.z), a.angle + share * (b.angle - a.angle)};
-}
-
-// Makes each track's angle continuous: bodies with equal ends look the same after half a turn, and
-// other programs write their angles within one.
-void unwrap_angles(Trajectories& tracks) {
-  constexpr double pi = std::numbers::pi;
-  for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
-       ++particle) {
-    double last = std::numeric_limits<double>::quiet_NaN();
-    for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
-      double& angle = tracks.poses[tracks.index(frame, particle)].angle;
-      if (!std::isfinite(angle)) continue;
-      // Angles that are continuous already keep their bits.
-      const double turns = std::isfinite(last) ? std::floor((last - angle) / pi + 0.5) : 0.0;
-      if (turns != 0.0) angle += turns * pi;
-      last = angle;
-    }
-  }
 }
 
 }  // namespace
@@ -87,6 +65,22 @@ Trajectories sample(const Trajectories& trajectories, const std::vector<double>&
   return sampled;
 }
 
+void unwrap_angles(Trajectories& tracks) {
+  constexpr double pi = std::numbers::pi;
+  for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
+       ++particle) {
+    double last = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
+      double& angle = tracks.poses[tracks.index(frame, particle)].angle;
+      if (!std::isfinite(angle)) continue;
+      // Angles that are continuous already keep their bits.
+      const double turns = std::isfinite(last) ? std::floor((last - angle) / pi + 0.5) : 0.0;
+      if (turns != 0.0) angle += turns * pi;
+      last = angle;
+    }
+  }
+}
+
 void write_tracks(const std::filesystem::path& file, const Trajectories& trajectories) {
   Table table({"frame",
                "time_s",
@@ -118,63 +112,6 @@ void write_tracks(const std::filesystem::path& file, const Trajectories& traject
     }
   }
   write_csv(file, table);
-}
-
-Trajectories read_tracks(const std::filesystem::path& file) {
-  const Table table = read_csv(file);
-  for (const char* needed : {"particle", "time_s", "x_m", "z_m", "angle_rad"}) {
-    if (!table.has(needed)) {
-      throw InputError(fmt::format(
-          "{}: column '{}' is missing; tracks need time_s, particle, x_m, z_m and angle_rad.",
-          file.string(),
-          needed));
-    }
-  }
-  if (table.rows() == 0) {
-    throw InputError(fmt::format("{}: the file has a header but no rows.", file.string()));
-  }
-
-  // 1. Which times and particles there are
-  std::map<double, std::size_t> frame_of_time;
-  int particles = 0;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const double time = table.number(row, "time_s");
-    if (!std::isfinite(time)) {
-      throw InputError(fmt::format("{}: a cell of column 'time_s' is empty.", file.string()));
-    }
-    frame_of_time.emplace(time, 0);
-    const int particle = table.integer(row, "particle");
-    if (particle < 1) {
-      throw InputError(fmt::format("{}: column 'particle' holds {}; particles are numbered from 1.",
-                                   file.string(),
-                                   particle));
-    }
-    particles = std::max(particles, particle);
-  }
-  const bool uncertain =
-      table.has("sigma_x_m") && table.has("sigma_z_m") && table.has("sigma_angle_rad");
-  Trajectories tracks = make_trajectories(frame_of_time.size(), particles, uncertain);
-  std::size_t next = 0;
-  for (auto& [time, frame] : frame_of_time) {
-    tracks.time[next] = time;
-    frame = next++;
-  }
-
-  // 2. The poses
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const std::size_t frame = frame_of_time.at(table.number(row, "time_s"));
-    const auto particle = static_cast<std::size_t>(table.integer(row, "particle") - 1);
-    const std::size_t i = tracks.index(frame, particle);
-    tracks.poses[i] = {
-        table.number(row, "x_m"), table.number(row, "z_m"), table.number(row, "angle_rad")};
-    if (!uncertain) continue;
-    tracks.sigmas[i] = {table.number(row, "sigma_x_m"),
-                        table.number(row, "sigma_z_m"),
-                        table.number(row, "sigma_angle_rad")};
-    tracks.scores[i] = table.has("score") ? table.number(row, "score") : 1.0;
-  }
-  unwrap_angles(tracks);
-  return tracks;
 }
 
 }  // namespace graintruth::datasets

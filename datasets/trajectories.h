@@ -51,9 +51,8 @@ Trajectories sample(const Trajectories& trajectories, const std::vector<double>&
 // same bits.
 void write_tracks(const std::filesystem::path& file, const Trajectories& trajectories);
 
-// Reads what write_tracks wrote; also any CSV with the columns frame or time_s, particle, x_m, z_m,
-// angle_rad. Angles are
-// unwrapped. Throws InputError with file, line and column for what cannot be used.
-Trajectories read_tracks(const std::filesystem::path& file);
+// Makes each track's angle continuous: bodies with equal ends look the same after half a turn, and
+// other programs write their angles within one.
+void unwrap_angles(Trajectories& tracks);
 
 }  // namespace graintruth::datasets

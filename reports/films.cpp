@@ -95,9 +95,8 @@ Section films_section(const RunData& data, Section section) {
   const Json& replicates = list(data.tracking, {"replicates"});
   if (replicates.empty()) {
     section.add_absence(
-        "No film was tracked in this run (tracking.json is absent or empty): the tracks came "
-        "ready-made, and their "
-        "quality cannot be shown here.");
+        "No film was tracked in this run (tracking.json is absent or empty): tracks or discharge "
+        "curves came ready-made, and their quality cannot be shown here.");
     return section;
   }
   section.add_paragraph(

@@ -29,6 +29,7 @@ std::string verdict_on(const Json& row) {
 }
 
 std::string jam_text(const Json& jams) {
+  if (number(jams, {"runs"}) == 0.0) return "not known";  // of discharge curves
   return fmt::format("{} of {} ({} to {})",
                      count(number(jams, {"jams"})),
                      count(number(jams, {"runs"})),
@@ -321,8 +322,8 @@ Section flow_section(const RunData& data, Section section) {
   }
   section.add_paragraph(
       "D is the mean over films, S the mean over fresh simulations that start from the very beds "
-      "on "
-      "film. u_val joins what replicate films scatter, what simulated runs scatter, what the "
+      "on film (from prepared ones where a film or a discharge curve tells none). u_val joins what "
+      "replicate films scatter, what simulated runs scatter, what the "
       "uncertainty of the parameters does to the rate, and what half the time step changes "
       "(ASME V&V 20).");
   section.add_table(rate_table(rows));

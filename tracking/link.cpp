@@ -40,7 +40,7 @@ std::vector<int> link(const std::vector<Expectation>& expectations,
   return assign(cost, forbidden);
 }
 
-std::vector<int> number_by_start(const std::vector<BodyFit>& detections,
+std::vector<int> number_by_start(const std::vector<Eigen::Vector2d>& detections,
                                  const std::vector<datasets::StartPlace>& starts,
                                  int count,
                                  double row_height) {
@@ -50,25 +50,24 @@ std::vector<int> number_by_start(const std::vector<BodyFit>& detections,
     for (std::size_t i = 0; i < starts.size(); ++i)
       for (std::size_t j = 0; j < detections.size(); ++j)
         cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            std::pow(starts[i].x - detections[j].pose.x, 2) +
-            std::pow(starts[i].z - detections[j].pose.z, 2);
+            std::pow(starts[i].x - detections[j].x(), 2) +
+            std::pow(starts[i].z - detections[j].y(), 2);
     std::vector<int> result = assign(cost);
     result.resize(static_cast<std::size_t>(count), -1);
     return result;
   }
   std::vector<int> order(detections.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto pose = [&](int i) -> const BodyPose& {
-    return detections[static_cast<std::size_t>(i)].pose;
-  };
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return pose(a).z < pose(b).z; });
+  const auto x = [&](int i) { return detections[static_cast<std::size_t>(i)].x(); };
+  const auto z = [&](int i) { return detections[static_cast<std::size_t>(i)].y(); };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return z(a) < z(b); });
   // A row: all that lie within a row's height of its lowest member.
   for (std::size_t from = 0; from < order.size();) {
     std::size_t to = from;
-    while (to < order.size() && pose(order[to]).z - pose(order[from]).z < row_height) ++to;
+    while (to < order.size() && z(order[to]) - z(order[from]) < row_height) ++to;
     std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(from),
                      order.begin() + static_cast<std::ptrdiff_t>(to),
-                     [&](int a, int b) { return pose(a).x < pose(b).x; });
+                     [&](int a, int b) { return x(a) < x(b); });
     from = to;
   }
   order.resize(static_cast<std::size_t>(count), -1);

@@ -25,8 +25,8 @@ std::vector<int> link(const std::vector<Expectation>& expectations,
 
 // The numbering of the bodies in the first frame: detection of each start place by least total
 // squared distance, or, without start places, by rows from the lowest, left to right. Where fewer
-// bodies than places were seen, -1.
-std::vector<int> number_by_start(const std::vector<BodyFit>& detections,
+// bodies than places were seen, -1. `detections` are centres (x, z), m.
+std::vector<int> number_by_start(const std::vector<Eigen::Vector2d>& detections,
                                  const std::vector<datasets::StartPlace>& starts,
                                  int count,
                                  double row_height);

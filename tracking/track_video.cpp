@@ -239,8 +239,10 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
   learn_sizes(image, best);
   for (std::size_t ball = 0; ball < 2; ++ball) grids_[ball] = make_texture_grid(shape_, ball);
   // 2. Numbers
+  std::vector<Eigen::Vector2d> centres;
+  for (const BodyFit& fit : best) centres.emplace_back(fit.pose.x, fit.pose.z);
   const std::vector<int> numbered =
-      number_by_start(best, experiment_.starts, experiment_.particle.count, nominal_.radius[0]);
+      number_by_start(centres, experiment_.starts, experiment_.particle.count, nominal_.radius[0]);
   for (std::size_t body = 0; body < count; ++body) {
     if (numbered[body] < 0) continue;
     BodyFit fit = best[static_cast<std::size_t>(numbered[body])];

@@ -162,6 +162,30 @@ void VideoReader::finish() {
   }
 }
 
+// Steps that differ from the usual one by more than containers round: some count in milliseconds,
+// so that a step may be one too short or too long. Zero stamps near the end are an OpenCV fault and
+// mean nothing.
+std::vector<int> VideoReader::uneven_frames() const {
+  constexpr double rounding = 1.2e-3;   // s
+  constexpr double least_share = 0.02;  // of a step
+  constexpr double large_share = 0.3;   // of a step, whatever the rounding
+  std::vector<double> steps;
+  for (std::size_t frame = 1; frame < time_stamps_.size(); ++frame) {
+    const bool known = time_stamps_[frame] > 0.0 && time_stamps_[frame] > time_stamps_[frame - 1];
+    if (known) steps.push_back(time_stamps_[frame] - time_stamps_[frame - 1]);
+  }
+  if (steps.empty()) return {};
+  const double usual = median(steps);
+  const double tolerance = std::min(large_share * usual, std::max(rounding, least_share * usual));
+  std::vector<int> uneven;
+  for (std::size_t frame = 1; frame < time_stamps_.size(); ++frame) {
+    const bool known = time_stamps_[frame] > 0.0 && (frame == 1 || time_stamps_[frame - 1] > 0.0);
+    if (known && std::abs(time_stamps_[frame] - time_stamps_[frame - 1] - usual) > tolerance)
+      uneven.push_back(static_cast<int>(frame) * pictures_a_frame());
+  }
+  return uneven;
+}
+
 std::vector<std::string> VideoReader::warnings() const {
   std::vector<std::string> sentences;
   const double rate_ratio = declared_frame_rate_ > 0.0 ? declared_frame_rate_ / frame_rate_ : 1.0;
@@ -183,14 +207,7 @@ std::vector<std::string> VideoReader::warnings() const {
         "recording may slip there.",
         listed(repeated_frames_)));
   }
-  // Uneven time stamps. Zero stamps near the end are an OpenCV fault and mean nothing.
-  std::vector<int> uneven;
-  const double step = declared_frame_rate_ > 0.0 ? pictures_a_frame() / declared_frame_rate_ : 0.0;
-  for (std::size_t frame = 1; step > 0.0 && frame < time_stamps_.size(); ++frame) {
-    if (time_stamps_[frame] <= 0.0 || time_stamps_[frame - 1] <= 0.0) continue;
-    if (std::abs(time_stamps_[frame] - time_stamps_[frame - 1] - step) > 0.3 * step)
-      uneven.push_back(static_cast<int>(frame) * pictures_a_frame());
-  }
+  const std::vector<int> uneven = uneven_frames();
   if (!uneven.empty()) {
     sentences.push_back(
         fmt::format("The file's time stamps are uneven at frames {}; frames were taken as evenly "

@@ -40,6 +40,12 @@ class VideoReader {
   // Sentences about the clock and the frames, complete after the last read().
   std::vector<std::string> warnings() const;
 
+  // Pictures whose time stamp comes earlier or later after the one before than usual, as the
+  // container tells; complete after the last read().
+  std::vector<int> uneven_frames() const;
+  // What the container says of each frame, s; 0 where it says nothing.
+  const std::vector<double>& time_stamps() const { return time_stamps_; }
+
   // Pictures that repeat earlier ones although the film moves before and after them; of a repeated
   // pair of fields the first.
   const std::vector<int>& repeated_frames() const { return repeated_frames_; }

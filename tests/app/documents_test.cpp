@@ -103,7 +103,8 @@ TEST(Documents, TellEveryKeyOfAnExperimentFileAndNoOther) {
 
   const std::string document = content_of(source() / "docs/experiment.md");
   Words told;
-  const std::regex unit("_(m|cm|mm|s|ms|kg|g|rad|deg|pa|kpa|mpa|gpa|hz|(m|cm|mm)_per_s2?)$");
+  const std::regex unit(
+      "_(m|cm|mm|s|ms|kg|g|rad|deg|pa|kpa|mpa|gpa|hz|px|(m|cm|mm)_per_s2?|px_per_(m|cm|mm))$");
   for (const std::string& word : found(document, std::regex("\\b([a-z][a-z_]+[a-z0-9])\\b"))) {
     told.insert(word);
     told.insert(std::regex_replace(word, unit, ""));

@@ -75,6 +75,27 @@ TEST(BinSimulator, GivesTheSameForTheSameSeedAndOthersForAnother) {
   EXPECT_NE(one.bin.discharge.times, simulator(request(start, 2)).bin.discharge.times);
 }
 
+// Without a filmed bed every seed prepares its own: all particles, as dense as a settled bed of
+// ellipses without friction (0.84 in thesis 4.3.4), and another one for another seed.
+TEST(BinSimulator, PreparesABedWhereTheFilmTellsNone) {
+  BinStart start = bin(0.008, rows(49));  // an orifice that lets nothing through
+  start.bed.clear();
+  start.profile_height.reset();
+  const Simulator simulator = make_bin_simulator(start, {});
+  const SimulatedRun run = simulator(request(start, 1));
+  ASSERT_EQ(run.status, RunStatus::completed) << run.message;
+  EXPECT_EQ(run.bin.discharge.particles, 49);
+  EXPECT_TRUE(run.bin.discharge.times.empty());
+  EXPECT_GT(run.bin.at_rest.solid_fraction, 0.70);
+  EXPECT_LT(run.bin.at_rest.solid_fraction, 0.90);
+  EXPECT_NE(run.bin.at_rest.surface, simulator(request(start, 2)).bin.at_rest.surface);
+  EXPECT_EQ(run.bin.at_rest.surface, simulator(request(start, 1)).bin.at_rest.surface);
+  // Nor do two films share a bed.
+  start.prepared_bed = 1;
+  EXPECT_NE(run.bin.at_rest.surface,
+            make_bin_simulator(start, {})(request(start, 1)).bin.at_rest.surface);
+}
+
 TEST(BinSimulator, AClosedBinKeepsAll) {
   const BinStart start = bin(0.008, rows(21));
   const SimulatedRun run = make_bin_simulator(start, {})(request(start, 1));

@@ -111,6 +111,54 @@ TEST(SteadyRate, LeavesOutTheStartAndTheEnd) {
   EXPECT_NEAR(steady->rate, 0.332e-3 / 0.01, 0.002 * 0.0332);
 }
 
+// The rate of a weighed curve is that of the particles that made it, whatever the cell's interval.
+TEST(SteadyRate, OfADischargeCurveIsThatOfItsParticles) {
+  std::mt19937 random(7);
+  std::gamma_distribution<double> gap(4.0, 0.0125 / 4.0);
+  std::vector<double> exits;
+  double now = 0.3;
+  for (int i = 0; i < 200; ++i) exits.push_back(now += gap(random));
+  const auto counted = steady_rate({.particles = 200, .to = 4.0, .times = exits}, rig);
+  ASSERT_TRUE(counted);
+  for (const double interval : {0.002, 0.02, 0.1, 0.25}) {
+    datasets::DischargeCurve curve;
+    for (double time = 0.0; time <= 4.0; time += interval) {
+      curve.time.push_back(time);
+      const auto left = std::upper_bound(exits.begin(), exits.end(), time) - exits.begin();
+      curve.mass.push_back(static_cast<double>(left) * rig.particle_mass);
+    }
+    const BinMeasurement weighed = measure_bin(curve, 200, rig);
+    EXPECT_FALSE(weighed.of_tracks);
+    EXPECT_EQ(weighed.discharge.times.size(), 200U);
+    const auto steady = steady_rate(weighed.discharge, rig);
+    ASSERT_TRUE(steady) << interval;
+    EXPECT_NEAR(steady->rate, counted->rate, 0.02 * counted->rate) << interval;
+    EXPECT_EQ(steady->particles % weighed.discharge.together, 0);
+  }
+}
+
+// Few samples of many particles: the error comes from the samples, not from as many particles as
+// have been thought in between.
+TEST(SteadyRate, OfACoarseCurveIsNoSurerThanItsSamples) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0.0, 0.08);
+  constexpr int repeats = 200, particles = 5000;
+  double square = 0.0, stated = 0.0;
+  const double truth = rig.particle_mass * particles / 5.0;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    datasets::DischargeCurve curve{{0.0}, {0.0}};
+    for (int sample = 1; sample <= 50; ++sample) {
+      curve.time.push_back(0.1 * sample);
+      curve.mass.push_back(curve.mass.back() + 0.1 * truth * (1.0 + noise(random)));
+    }
+    const auto steady = steady_rate(measure_discharge(curve, particles, rig), rig);
+    ASSERT_TRUE(steady);
+    square += std::pow(steady->rate - truth, 2) / repeats;
+    stated += steady->standard_error / repeats;
+  }
+  EXPECT_NEAR(stated / std::sqrt(square), 1.0, 0.35);
+}
+
 TEST(BedShape, OfAFullLattice) {
   // 12 columns of 10 discs of one diameter, upright square packing
   const double d = rig.particle_diameter;

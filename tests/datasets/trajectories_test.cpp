@@ -1,10 +1,9 @@
-#include "datasets/trajectories.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "datasets/input_error.h"
+#include "datasets/track_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {
@@ -79,7 +78,7 @@ TEST(Tracks, AnglesWrittenWithinHalfATurnBecomeContinuous) {
 
 TEST(Tracks, UnusableFilesAreRefused) {
   const TemporaryFolder folder;
-  EXPECT_THROW(read_tracks(folder.write("a.csv", "time_s,particle,x_m,z_m\n0,1,0,0\n")),
+  EXPECT_THROW(read_tracks(folder.write("a.csv", "time_s,particle,x_m,angle_rad\n0,1,0,0\n")),
                InputError);
   EXPECT_THROW(read_tracks(folder.write("b.csv", "time_s,particle,x_m,z_m,angle_rad\n")),
                InputError);

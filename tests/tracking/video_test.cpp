@@ -131,5 +131,17 @@ TEST_F(Film, TellsOfAnotherFrameRate) {
   EXPECT_NE(video.warnings()[0].find("25"), std::string::npos);
 }
 
+// A telephone's film, whose clock now and then takes a step of 35 ms among those of 33.3 ms
+TEST(RealFilm, WithAnUnevenClockIsNoticed) {
+  const std::filesystem::path file = std::filesystem::path(GRAINTRUTH_SOURCE_DIR) /
+                                     "../shared/real-data/lund-magnetic-discs/N20-light.mp4";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here";
+  VideoReader video(file, 30000.0 / 1001.0);
+  cv::Mat frame;
+  while (video.read(frame)) {
+  }
+  EXPECT_EQ(video.uneven_frames(), std::vector<int>({43, 127, 211, 295, 379, 463}));
+}
+
 }  // namespace
 }  // namespace graintruth::tracking

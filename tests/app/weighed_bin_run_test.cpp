@@ -1,0 +1,57 @@
+// A calibration on load-cell curves alone, by the program as users run it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/weighed_bin.h"
+#include "tests/support/run_program.h"
+
+namespace graintruth::tests {
+namespace {
+
+TEST(WeighedBinRun, IsCalibratedOnItsRatesAndOnWhatStays) {
+  const TemporaryFolder folder;
+  write_curves(folder);
+  const auto file = folder.write("bin.toml", weighed_bin());
+  const std::filesystem::path out = folder / "out";
+  const ProgramOutcome outcome =
+      run_program({"calibrate", file.string(), "--out", out.string(), "--budget", "20"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  std::ifstream stream(out / "result.json");
+  const auto result = nlohmann::json::parse(stream);
+
+  // 1. Rates of both, from the same function; nothing of what only tracks tell
+  int of_experiment = 0, of_simulation = 0;
+  for (const auto& flow : result["discharge"]) {
+    const bool measured = flow["source"] == "experiment";
+    (measured ? of_experiment : of_simulation) += 1;
+    if (!measured) continue;
+    const double rate = flow["orifice_m"] == 0.075 ? 0.022 : 0.034;
+    EXPECT_NEAR(flow["rate_kg_per_s"], rate, 0.01 * rate);
+  }
+  EXPECT_EQ(of_experiment, 2);
+  EXPECT_GE(of_simulation, 1);
+  if (result.contains("kinematic")) {
+    for (const auto& fit : result["kinematic"]) EXPECT_EQ(fit["source"], "simulation");
+  }
+  EXPECT_EQ(result["objective"]["shares"]["velocity_profile"], 0.0);
+
+  // 2. Said to the user, in the result and on the report
+  bool said = false;
+  for (const std::string warning : result["warnings"])
+    said |= warning.find("narrow1, narrow2, wide1, wide2: a discharge curve tells neither") !=
+            std::string::npos;
+  EXPECT_TRUE(said) << result["warnings"];
+  EXPECT_TRUE(std::filesystem::exists(out / "report.html"));
+
+  // 3. Friction slows the flow of this bin: a parameter that makes a difference was compared
+  const auto& row = result["comparison"][0];
+  EXPECT_GT(row["simulated_kg_per_s"], 0.0);
+  EXPECT_GT(row["validation_uncertainty_kg_per_s"], 0.0);
+  EXPECT_EQ(row["filmed_jams"]["runs"], 0);  // a curve cannot tell
+}
+
+}  // namespace
+}  // namespace graintruth::tests
