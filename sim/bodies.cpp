@@ -45,10 +45,15 @@ Bodies<D> make_bodies(const Scene& scene) {
     bodies.bounding_radius.push_back(type.bounding_radius);
     bodies.material.push_back(type.material);
     for (const ElementSphere& sphere : type.spheres) {
-      bodies.sphere_radius.push_back(sphere.radius);
+      bodies.spheres.push_back({Motion<D>::no_vector(), sphere.radius});
+      bodies.body_of_sphere.push_back(bodies.count() - 1);
       bodies.sphere_in_body.push_back(plain(to_motion<D>(sphere.centre)));
     }
-    bodies.first_sphere.push_back(static_cast<int>(bodies.sphere_radius.size()));
+    bodies.first_sphere.push_back(bodies.sphere_count());
+    bodies.are_alike = bodies.are_alike && bodies.mass.back() == bodies.mass.front() &&
+                       bodies.material.back() == bodies.material.front();
+    bodies.are_balls = bodies.are_balls && bodies.is_centred_sphere.back() != 0;
+    bodies.are_single_spheres = bodies.are_single_spheres && type.spheres.size() == 1;
     const auto velocity = plain(to_motion<D>(body.velocity));
     bodies.motion.push_back({plain(to_motion<D>(body.position)),
                              velocity,
@@ -62,7 +67,6 @@ Bodies<D> make_bodies(const Scene& scene) {
   }
   const std::size_t count = scene.bodies.size();
   bodies.load.resize(count);
-  bodies.sphere_position.resize(bodies.sphere_radius.size());
   for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
   return bodies;
 }

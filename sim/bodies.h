@@ -2,6 +2,7 @@
 // half steps (leapfrog).
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/columns.h"
@@ -50,19 +51,86 @@ struct alignas(64) BodyMotion {
   typename Motion<D>::Tangent spin_now;
 };
 
-// Sum of the contacts on a body.
+// Columns of motions, and the numbers of a motion in their order.
+template <int D, class Numbers>
+struct MotionColumns {
+  VectorColumn<D, Numbers> position, velocity, velocity_now;
+  TangentColumn<D, Numbers> spin, spin_now;
+};
+template <class Numbers>
+std::array<Rows, 8> columns_of(MotionColumns<2, Numbers>& motion) {
+  return {motion.position.x.data(),
+          motion.position.z.data(),
+          motion.velocity.x.data(),
+          motion.velocity.z.data(),
+          motion.velocity_now.x.data(),
+          motion.velocity_now.z.data(),
+          motion.spin.value.data(),
+          motion.spin_now.value.data()};
+}
+template <class Numbers>
+std::array<Rows, 15> columns_of(MotionColumns<3, Numbers>& motion) {
+  return {motion.position.x.data(),
+          motion.position.y.data(),
+          motion.position.z.data(),
+          motion.velocity.x.data(),
+          motion.velocity.y.data(),
+          motion.velocity.z.data(),
+          motion.velocity_now.x.data(),
+          motion.velocity_now.y.data(),
+          motion.velocity_now.z.data(),
+          motion.spin.x.data(),
+          motion.spin.y.data(),
+          motion.spin.z.data(),
+          motion.spin_now.x.data(),
+          motion.spin_now.y.data(),
+          motion.spin_now.z.data()};
+}
+
+// An element sphere where it is now; four numbers, so that one load brings it.
 template <int D>
-struct Load {
+struct alignas(32) PlacedSphere {
+  typename Motion<D>::Vector centre;  // m
+  double radius = 0.0;                // m
+};
+
+// Sum of the contacts on a body. In the plane the last of its four numbers means nothing.
+template <int D>
+struct alignas(D == 2 ? 32 : 16) Load {
   typename Motion<D>::Vector force = Motion<D>::no_vector();     // N
   typename Motion<D>::Tangent torque = Motion<D>::no_tangent();  // N m; about the centre of mass
 };
+
+// Columns of loads, in the order of a load's numbers.
+template <class Numbers>
+std::array<Rows, 3> columns_of(VectorColumn<2, Numbers>& force, ScalarColumn<Numbers>& torque) {
+  return {force.x.data(), force.z.data(), torque.value.data()};
+}
+template <class Numbers>
+std::array<Rows, 6> columns_of(VectorColumn<3, Numbers>& force, VectorColumn<3, Numbers>& torque) {
+  return {force.x.data(),
+          force.y.data(),
+          force.z.data(),
+          torque.x.data(),
+          torque.y.data(),
+          torque.z.data()};
+}
+
+template <int D>
+inline void add(const Load<D>& more, Load<D>& load) {
+  load.force = load.force + more.force;
+  load.torque = load.torque + more.torque;
+}
 
 template <int D>
 struct Bodies {
   using Spins = TangentColumn<D, BodyNumbers>;
 
   // Constant
-  double layer = 0.0;  // m; y of a planar scene
+  double layer = 0.0;              // m; y of a planar scene
+  bool are_alike = true;           // all of one mass and one material
+  bool are_single_spheres = true;  // no two bodies can touch at two places
+  bool are_balls = true;           // single spheres, each about its centre of mass
   BodyNumbers mass;
   BodyNumbers inverse_mass;
   Spins inertia;  // kg m2; planar: about y, spatial: principal
@@ -73,7 +141,7 @@ struct Bodies {
   std::vector<char> is_centred_sphere;  // 1 for a single sphere about the centre of mass
   std::vector<int> material;
   std::vector<int> first_sphere;  // of body i; one more entry than bodies
-  BodyNumbers sphere_radius;
+  std::vector<int> body_of_sphere;
   std::vector<typename Motion<D>::Vector> sphere_in_body;
 
   // Motion
@@ -82,10 +150,12 @@ struct Bodies {
   Spins angular_acceleration;  // spatial: in body axes
   typename TurnsOf<D>::type turns;
 
-  std::vector<typename Motion<D>::Vector> sphere_position;
+  std::vector<PlacedSphere<D>> spheres;
   std::vector<Load<D>> load;
+  std::vector<Load<D>> load_from_before;  // by contacts of earlier slabs; none when there is one slab
 
   int count() const { return static_cast<int>(mass.size()); }
+  int sphere_count() const { return static_cast<int>(spheres.size()); }
 };
 
 inline const VectorColumn<2, BodyNumbers>& orientations_of(const PlanarTurns& turns) {
@@ -105,10 +175,10 @@ inline void place_spheres(Bodies<2>& bodies, int i) {
   const PlanarVector along = bodies.turns.direction.at(i);
   const PlanarVector across{-along.z, along.x};
   const PlanarVector* in_body = bodies.sphere_in_body.data();
-  PlanarVector* placed = bodies.sphere_position.data();
+  PlacedSphere<2>* placed = bodies.spheres.data();
   const int end = bodies.first_sphere[i + 1];
   for (int s = bodies.first_sphere[i]; s < end; ++s) {
-    placed[s] = centre + in_body[s].x * along + in_body[s].z * across;
+    placed[s].centre = centre + in_body[s].x * along + in_body[s].z * across;
   }
 }
 
@@ -116,15 +186,15 @@ inline void place_spheres(Bodies<3>& bodies, int i) {
   const SpatialVector centre = bodies.motion[i].position;
   const int first = bodies.first_sphere[i];
   if (bodies.is_centred_sphere[i] != 0) {
-    bodies.sphere_position[first] = centre;
+    bodies.spheres[first].centre = centre;
     return;
   }
   const Rotation world_from_body = bodies.turns.world_from_body.at(i);
   const SpatialVector* in_body = bodies.sphere_in_body.data();
-  SpatialVector* placed = bodies.sphere_position.data();
+  PlacedSphere<3>* placed = bodies.spheres.data();
   const int end = bodies.first_sphere[i + 1];
   for (int s = first; s < end; ++s) {
-    placed[s] = centre + turned_by(world_from_body, in_body[s]);
+    placed[s].centre = centre + turned_by(world_from_body, in_body[s]);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "sim/processor_variants.h"
+#include "sim/transpose.h"
 
 namespace graintruth::sim {
 namespace {
@@ -35,14 +36,16 @@ inline SpatialVector product(SpatialVector a, SpatialVector b) {
 // What contacts read and write lies body by body; the arithmetic runs along columns. A block of
 // bodies is copied from one to the other and back.
 constexpr int kBlock = 64;
-using BlockNumbers = std::array<double, kBlock>;
+// A line longer than a block, so that columns do not fight for the same place in the cache
+using BlockNumbers = std::array<double, kBlock + 8>;
 
 template <int D>
 struct Block {
   int first = 0;  // body
   int count = 0;
-  VectorColumn<D, BlockNumbers> force, position, velocity, velocity_now;
-  TangentColumn<D, BlockNumbers> torque, spin, spin_now;
+  MotionColumns<D, BlockNumbers> motion;
+  VectorColumn<D, BlockNumbers> force;
+  TangentColumn<D, BlockNumbers> torque;
   ScalarColumn<BlockNumbers> bound;  // m2
 };
 
@@ -93,11 +96,13 @@ struct BodyRows {
 // Change of the spin per second and its square half a step on; in body axes in space.
 struct PlanarSpins {
   ScalarColumn<Rows> before;
-  PlanarSpins(Bodies<2>&, Block<2>& block) : before(rows(block.spin)) {}
+  PlanarSpins(Bodies<2>&, Block<2>& block) : before(rows(block.motion.spin)) {}
   double acceleration(const BodyRows<2>& rows, const StepFactors&, int k, double torque) const {
     return torque * rows.inverse_inertia.at(k);
   }
 };
+// Without gyroscopic terms where all bodies of the block are round.
+template <bool kTurnsGyrate>
 struct SpatialSpins {
   RotationColumn<Rows> world_from_body;
   VectorColumn<3, Rows> before;
@@ -114,6 +119,7 @@ struct SpatialSpins {
     const SpatialVector inverse = rows.inverse_inertia.at(k);
     const SpatialVector spin = before.at(k);
     const SpatialVector torque = turned_back(world_from_body.at(k), torque_in_space);
+    if constexpr (!kTurnsGyrate) return product(torque, inverse);
     // Each iteration gains a factor w dt, about 1e-2 or less
     SpatialVector found = rows.angular_acceleration.at(k);
     found = once_more(found, torque, spin, inertia, inverse, gyration[k], step);
@@ -132,12 +138,61 @@ struct SpatialSpins {
     return product(torque - gyration * cross(middle, product(inertia, middle)), inverse);
   }
 };
+
+// Motions and loads of the block to its columns and back: four bodies at a time, the last few one
+// by one.
 template <int D>
-using Spins = std::conditional_t<D == 2, PlanarSpins, SpatialSpins>;
+[[gnu::always_inline]] inline void read_motions(const Bodies<D>& bodies, Block<D>& block) {
+  const BodyMotion<D>* motion = bodies.motion.data() + block.first;
+  const int fours = block.count & -4;
+  const auto of = [motion](int k) -> const BodyMotion<D>& { return motion[k]; };
+  const auto columns = columns_of(block.motion);
+  if constexpr (D == 2) {
+    to_columns(fours, of, columns);
+  } else {
+    // Position and velocity; the spin is read in body axes
+    to_columns(fours,
+               of,
+               std::array<Rows, 6>{
+                   columns[0], columns[1], columns[2], columns[3], columns[4], columns[5]});
+  }
+  for (int k = fours; k < block.count; ++k) {
+    block.motion.position.set(k, motion[k].position);
+    block.motion.velocity.set(k, motion[k].velocity);
+    block.motion.spin.set(k, motion[k].spin);
+  }
+}
+template <int D>
+[[gnu::always_inline]] inline void write_motions(Block<D>& block, Bodies<D>& bodies) {
+  BodyMotion<D>* motion = bodies.motion.data() + block.first;
+  const int fours = block.count & -4;
+  to_records(
+      fours, columns_of(block.motion), [motion](int k) -> BodyMotion<D>& { return motion[k]; });
+  for (int k = fours; k < block.count; ++k) {
+    motion[k] = {block.motion.position.at(k),
+                 block.motion.velocity.at(k),
+                 block.motion.velocity_now.at(k),
+                 block.motion.spin.at(k),
+                 block.motion.spin_now.at(k)};
+  }
+}
+template <int D>
+[[gnu::always_inline]] inline void read_loads(const Bodies<D>& bodies, Block<D>& block) {
+  const Load<D>* load = bodies.load.data() + block.first;
+  const int fours = block.count & -4;
+  to_columns(
+      fours,
+      [load](int k) -> const Load<D>& { return load[k]; },
+      columns_of(block.force, block.torque));
+  for (int k = fours; k < block.count; ++k) {
+    block.force.set(k, load[k].force);
+    block.torque.set(k, load[k].torque);
+  }
+}
 
 // (|v| + |w| reach)^2 <= 2 (v^2 + w^2 reach^2); the comparisons are false for NaN. `largest` is the
 // largest bound so far, m2.
-template <int D>
+template <int D, class Spins>
 [[gnu::always_inline]] inline int find_accelerations_of(typename Motion<D>::Vector gravity,
                                                         const StepFactors& step,
                                                         const StepLimit& limit,
@@ -149,7 +204,7 @@ template <int D>
   const double turn_squared = limit.turn * limit.turn;
   const int count = block.count;
   BodyRows<D> row(bodies, block.first);
-  const Spins<D> spins(bodies, block);
+  const Spins spins(bodies, block);
   int sound = 0;
 #pragma GCC ivdep
   for (int k = 0; k < count; ++k) {
@@ -158,7 +213,7 @@ template <int D>
     row.acceleration.set(k, acceleration);
     row.angular_acceleration.set(k, angular);
     const double turn = squared(next(spins.before.at(k), angular, step)) * dt_squared;
-    const double go = squared(next(block.velocity.at(k), acceleration, step)) * dt_squared;
+    const double go = squared(next(block.motion.velocity.at(k), acceleration, step)) * dt_squared;
     const double bound = 2.0 * (go + turn * row.reach_squared[k]);
     block.bound.set(k, bound);
     sound += (bound <= move_squared ? 1 : 0) & (turn <= turn_squared ? 1 : 0);
@@ -174,12 +229,12 @@ template <int D>
 [[gnu::always_inline]] inline void advance_centre(const StepFactors& step,
                                                   const BodyRows<D>& row,
                                                   int k,
-                                                  Block<D>& block) {
+                                                  MotionColumns<D, BlockNumbers>& motion) {
   const auto acceleration = row.acceleration.at(k);
-  const auto velocity = next(block.velocity.at(k), acceleration, step);
-  block.position.set(k, block.position.at(k) + step.time_step * velocity);
-  block.velocity.set(k, velocity);
-  block.velocity_now.set(k, step.predict * velocity + step.half * acceleration);
+  const auto velocity = next(motion.velocity.at(k), acceleration, step);
+  motion.position.set(k, motion.position.at(k) + step.time_step * velocity);
+  motion.velocity.set(k, velocity);
+  motion.velocity_now.set(k, step.predict * velocity + step.half * acceleration);
 }
 
 [[gnu::always_inline]] inline void advance_of(const StepFactors& step,
@@ -191,11 +246,11 @@ template <int D>
   VectorColumn<2, Rows> direction = rows(bodies.turns.direction, block.first);
 #pragma GCC ivdep
   for (int k = 0; k < count; ++k) {
-    advance_centre(step, row, k, block);
+    advance_centre(step, row, k, block.motion);
     const double angular = row.angular_acceleration.at(k);
-    const double spin = next(block.spin.at(k), angular, step);
-    block.spin.set(k, spin);
-    block.spin_now.set(k, step.predict * spin + step.half * angular);
+    const double spin = next(block.motion.spin.at(k), angular, step);
+    block.motion.spin.set(k, spin);
+    block.motion.spin_now.set(k, step.predict * spin + step.half * angular);
     const double angle = spin * step.time_step;
     angles[k] += angle;
     const SmallTurn small = small_turn(angle);
@@ -217,7 +272,7 @@ template <int D>
   VectorColumn<3, Rows> spin_in_body = rows(bodies.turns.spin_in_body, block.first);
 #pragma GCC ivdep
   for (int k = 0; k < count; ++k) {
-    advance_centre(step, row, k, block);
+    advance_centre(step, row, k, block.motion);
     const SpatialVector angular = row.angular_acceleration.at(k);
     const SpatialVector spin = next(spin_in_body.at(k), angular, step);
     spin_in_body.set(k, spin);
@@ -227,8 +282,9 @@ template <int D>
     // First-order renormalisation: the length is 1 to round-off already
     const Rotation world_from_body = (1.5 - 0.5 * squared(turned)) * turned;
     rotation.set(k, world_from_body);
-    block.spin.set(k, turned_by(world_from_body, spin));
-    block.spin_now.set(k, turned_by(world_from_body, step.predict * spin + step.half * angular));
+    block.motion.spin.set(k, turned_by(world_from_body, spin));
+    block.motion.spin_now.set(
+        k, turned_by(world_from_body, step.predict * spin + step.half * angular));
   }
 }
 
@@ -238,7 +294,9 @@ GRAINTRUTH_FOR_EACH_PROCESSOR int find_accelerations_in(PlanarVector gravity,
                                                         Block<2>& block,
                                                         Bodies<2>& bodies,
                                                         double& largest) {
-  return find_accelerations_of<2>(gravity, step, limit, block, bodies, largest);
+  read_loads(bodies, block);
+  read_motions(bodies, block);
+  return find_accelerations_of<2, PlanarSpins>(gravity, step, limit, block, bodies, largest);
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR int find_accelerations_in(SpatialVector gravity,
                                                         const StepFactors& step,
@@ -246,17 +304,31 @@ GRAINTRUTH_FOR_EACH_PROCESSOR int find_accelerations_in(SpatialVector gravity,
                                                         Block<3>& block,
                                                         Bodies<3>& bodies,
                                                         double& largest) {
-  return find_accelerations_of<3>(gravity, step, limit, block, bodies, largest);
+  read_loads(bodies, block);
+  read_motions(bodies, block);
+  double gyration = 0.0;
+  for (int k = 0; k < block.count; ++k) gyration += bodies.gyration[block.first + k];
+  if (gyration == 0.0) {
+    return find_accelerations_of<3, SpatialSpins<false>>(
+        gravity, step, limit, block, bodies, largest);
+  }
+  return find_accelerations_of<3, SpatialSpins<true>>(gravity, step, limit, block, bodies, largest);
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR void advance_in(const StepFactors& step,
                                               Bodies<2>& bodies,
                                               Block<2>& block) {
+  read_motions(bodies, block);
   advance_of(step, bodies, block);
+  write_motions(block, bodies);
+  for (int k = 0; k < block.count; ++k) place_spheres(bodies, block.first + k);
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR void advance_in(const StepFactors& step,
                                               Bodies<3>& bodies,
                                               Block<3>& block) {
+  read_motions(bodies, block);
   advance_of(step, bodies, block);
+  write_motions(block, bodies);
+  for (int k = 0; k < block.count; ++k) place_spheres(bodies, block.first + k);
 }
 
 template <int D>
@@ -272,14 +344,6 @@ StepBound find_all_accelerations(typename Motion<D>::Vector gravity,
     double largest = 0.0;
     int suspects = 0;
     for_each_block(begin, end, block, [&] {
-      for (int k = 0; k < block.count; ++k) {
-        const Load<D>& load = bodies.load[block.first + k];
-        const BodyMotion<D>& motion = bodies.motion[block.first + k];
-        block.force.set(k, load.force);
-        block.torque.set(k, load.torque);
-        block.velocity.set(k, motion.velocity);
-        if constexpr (D == 2) block.spin.set(k, motion.spin);
-      }
       suspects += find_accelerations_in(gravity, step, limit, block, bodies, largest);
     });
     suspects_of_all += suspects;
@@ -295,23 +359,7 @@ template <int D>
 void advance_all(const StepFactors& step, Bodies<D>& bodies, Team* team) {
   for_each_share(bodies, team, [&](int begin, int end, int) {
     Block<D> block;
-    for_each_block(begin, end, block, [&] {
-      for (int k = 0; k < block.count; ++k) {
-        const BodyMotion<D>& motion = bodies.motion[block.first + k];
-        block.position.set(k, motion.position);
-        block.velocity.set(k, motion.velocity);
-        if constexpr (D == 2) block.spin.set(k, motion.spin);
-      }
-      advance_in(step, bodies, block);
-      for (int k = 0; k < block.count; ++k) {
-        bodies.motion[block.first + k] = {block.position.at(k),
-                                          block.velocity.at(k),
-                                          block.velocity_now.at(k),
-                                          block.spin.at(k),
-                                          block.spin_now.at(k)};
-        place_spheres(bodies, block.first + k);
-      }
-    });
+    for_each_block(begin, end, block, [&] { advance_in(step, bodies, block); });
   });
 }
 

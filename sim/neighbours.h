@@ -2,6 +2,7 @@
 // bodies.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
@@ -23,10 +24,19 @@ struct CellList {
   std::vector<IndexPair> pairs_of_body;
 };
 
+// Points that lie `stride` numbers apart, as members of longer records.
+template <int D>
+struct PointView {
+  const double* first;
+  std::size_t stride;
+  std::size_t count;
+  Vec<D> operator[](std::size_t i) const { return Vec<D>(first + i * stride); }
+};
+
 // Shows all pairs whose bounding spheres are less than `margin` (m) apart, body after body: those
 // of which it is the first, sorted by the second.
 template <int D>
-void visit_near_pairs(std::span<const Vec<D>> centres,
+void visit_near_pairs(const PointView<D>& centres,
                       std::span<const double> radii,
                       double margin,
                       CellList& cells,

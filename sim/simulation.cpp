@@ -65,7 +65,8 @@ double longest_step_of(const Scene& scene, const SimulationOptions& options) {
 }  // namespace
 
 struct Simulation::Engines {
-  Scene scene;
+  Scene scene;                    // without its bodies, which the engine has
+  std::vector<int> type_of_body;  // index into the types of the scene
   SimulationOptions options;
   double longest_step;
   std::variant<Engine<2>, Engine<3>> engine;
@@ -77,7 +78,15 @@ struct Simulation::Engines {
         longest_step(longest_step_of(scene, chosen)),
         engine(scene.planar
                    ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, scene, chosen)
-                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {}
+                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {
+    for (const Body& body : scene.bodies) type_of_body.push_back(body.type);
+    scene.bodies = std::vector<Body>();
+    const auto begin = [](auto& begun) {
+      begun.begin();
+      begun.refuse_overlap();
+    };
+    std::visit(begin, engine);
+  }
 
   template <class Function>
   decltype(auto) visit(Function function) {
@@ -195,7 +204,7 @@ void Simulation::set_global_damping(double per_second) {
 void Simulation::set_time_step(const TimeStepOptions& options) {
   SimulationOptions changed = engines_->options;
   changed.time_step = options;
-  engines_->longest_step = longest_step_of(engines_->scene, changed);
+  engines_->longest_step = longest_step_of(scene_now(), changed);
   engines_->options.time_step = options;
 }
 
@@ -213,23 +222,23 @@ void Simulation::open_wall(int wall, double time) {
 
 void Simulation::add_bodies(const std::vector<Body>& bodies) {
   Engines& all = *engines_;
-  std::vector<Body> together = scene_now().bodies;
-  together.insert(together.end(), bodies.begin(), bodies.end());
   Scene next = all.scene;
-  next.bodies = std::move(together);
+  next.bodies = scene_now().bodies;
+  next.bodies.insert(next.bodies.end(), bodies.begin(), bodies.end());
   check(next);
-  all.scene = std::move(next);
-  all.longest_step = longest_step_of(all.scene, all.options);
-  all.visit([&all](auto& engine) {
-    std::decay_t<decltype(engine)> grown(all.scene, all.options, &engine);
+  for (const Body& body : bodies) all.type_of_body.push_back(body.type);
+  all.longest_step = longest_step_of(next, all.options);
+  all.visit([&](auto& engine) {
+    std::decay_t<decltype(engine)> grown(next, all.options, &engine);
+    grown.begin();
     engine = std::move(grown);
   });
 }
 
 void Simulation::remove_bodies(const std::vector<int>& indices) {
   Engines& all = *engines_;
-  const auto count = static_cast<int>(all.scene.bodies.size());
-  std::vector<char> gone(all.scene.bodies.size(), 0);
+  const auto count = static_cast<int>(all.type_of_body.size());
+  std::vector<char> gone(all.type_of_body.size(), 0);
   for (const int i : indices) {
     if (i < 0 || i >= count) {
       throw std::invalid_argument("remove_bodies: there is no body " + std::to_string(i));
@@ -240,26 +249,26 @@ void Simulation::remove_bodies(const std::vector<int>& indices) {
     throw std::invalid_argument("remove_bodies: at least one body must stay");
   }
   std::vector<std::int64_t> first_sphere = {0};
-  for (const Body& body : all.scene.bodies) {
-    const std::size_t spheres = all.scene.types[static_cast<std::size_t>(body.type)].spheres.size();
+  for (const int type : all.type_of_body) {
+    const std::size_t spheres = all.scene.types[static_cast<std::size_t>(type)].spheres.size();
     first_sphere.push_back(first_sphere.back() + static_cast<std::int64_t>(spheres));
   }
   const Snapshot left = without_bodies(save(), gone, first_sphere);
-  const auto without_gone = [&gone](const std::vector<Body>& bodies) {
-    std::vector<Body> stay;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      if (gone[i] == 0) stay.push_back(bodies[i]);
-    }
-    return stay;
-  };
   // The new engine begins among walls that stand where they are now; the snapshot then gives it
   // their motion, and the state of every contact.
   Scene start = all.scene;
-  start.bodies = without_gone(scene_now().bodies);
-  all.scene.bodies = without_gone(all.scene.bodies);
+  const std::vector<Body> before = scene_now().bodies;
+  all.type_of_body.clear();
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (gone[i] != 0) continue;
+    start.bodies.push_back(before[i]);
+    all.type_of_body.push_back(before[i].type);
+  }
   all.visit([&](auto& engine) {
     start.walls = engine.walls_now();
     std::decay_t<decltype(engine)> smaller(start, all.options);
+    smaller.begin();
+    smaller.refuse_overlap();
     smaller.restore(left);
     engine = std::move(smaller);
   });
@@ -301,8 +310,10 @@ Vec3 Simulation::wall_force(int wall) const {
 Scene Simulation::scene_now() const {
   Scene scene = engines_->scene;
   const State& now = engines_->refreshed_state();
+  scene.bodies.resize(engines_->type_of_body.size());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     Body& body = scene.bodies[i];
+    body.type = engines_->type_of_body[i];
     body.position = now.position[i];
     body.orientation = now.orientation[i];
     body.velocity = now.velocity[i];
