@@ -23,6 +23,9 @@ struct PlanarTurns {
 struct SpatialTurns {
   RotationColumn<BodyNumbers> world_from_body;
   VectorColumn<3, BodyNumbers> spin_in_body;  // rad/s, half a step back
+  // rad/s2, body axes; of the last step, from which the gyroscopic term is found. None while all
+  // bodies are round.
+  VectorColumn<3, BodyNumbers> last_angular_acceleration;
 };
 
 // `Orientations` alone tell how far a body has turned.
@@ -122,39 +125,50 @@ inline void add(const Load<D>& more, Load<D>& load) {
   load.torque = load.torque + more.torque;
 }
 
+// What bodies of one type of clump have in common.
+template <int D>
+struct BodyKind {
+  using Tangent = typename Motion<D>::Tangent;
+  double mass = 0.0;          // kg
+  double inverse_mass = 0.0;  // 1/kg
+  Tangent inertia = {};       // kg m2; planar: about y, spatial: principal
+  Tangent inverse_inertia = {};
+  double gyration = 0.0;  // 0 for equal principal moments, whose gyroscopic term is zero; else 1
+  double bounding_radius = 0.0;  // m; largest distance of a surface point from the centre
+  bool is_ball = false;          // a single sphere about the centre of mass
+  int material = 0;
+  std::vector<typename Motion<D>::Vector> spheres;  // m; centres in the body frame
+};
+
 template <int D>
 struct Bodies {
-  using Spins = TangentColumn<D, BodyNumbers>;
-
   // Constant
   double layer = 0.0;              // m; y of a planar scene
   bool are_alike = true;           // all of one mass and one material
   bool are_single_spheres = true;  // no two bodies can touch at two places
   bool are_balls = true;           // single spheres, each about its centre of mass
-  BodyNumbers mass;
-  BodyNumbers inverse_mass;
-  Spins inertia;  // kg m2; planar: about y, spatial: principal
-  Spins inverse_inertia;
-  BodyNumbers gyration;  // 0 for equal principal moments, whose gyroscopic term is zero; else 1
-  BodyNumbers reach_squared;  // m2; largest distance of a surface point from the centre
-  BodyNumbers bounding_radius;
-  std::vector<char> is_centred_sphere;  // 1 for a single sphere about the centre of mass
-  std::vector<int> material;
+  std::vector<BodyKind<D>> kinds;
+  std::vector<int> kind;          // of each body
   std::vector<int> first_sphere;  // of body i; one more entry than bodies
   std::vector<int> body_of_sphere;
-  std::vector<typename Motion<D>::Vector> sphere_in_body;
 
   // Motion
   std::vector<BodyMotion<D>> motion;
-  VectorColumn<D, BodyNumbers> acceleration;
-  Spins angular_acceleration;  // spatial: in body axes
   typename TurnsOf<D>::type turns;
 
   std::vector<PlacedSphere<D>> spheres;
+  // Each step sums the loads anew; the accelerations that they give then take their place
   std::vector<Load<D>> load;
-  std::vector<Load<D>> load_from_before;  // by contacts of earlier slabs; none when there is one slab
+  std::vector<Load<D>>
+      load_from_before;  // by contacts of earlier slabs; none when there is one slab
 
-  int count() const { return static_cast<int>(mass.size()); }
+  int count() const { return static_cast<int>(kind.size()); }
+  const BodyKind<D>& kind_of(int i) const { return kinds[kind[i]]; }
+  // m/s2, and rad/s2 in body axes; of the last step
+  typename Motion<D>::Vector& acceleration(int i) { return load[i].force; }
+  typename Motion<D>::Tangent& angular_acceleration(int i) { return load[i].torque; }
+  typename Motion<D>::Vector acceleration(int i) const { return load[i].force; }
+  typename Motion<D>::Tangent angular_acceleration(int i) const { return load[i].torque; }
   int sphere_count() const { return static_cast<int>(spheres.size()); }
 };
 
@@ -174,27 +188,23 @@ inline void place_spheres(Bodies<2>& bodies, int i) {
   const PlanarVector centre = bodies.motion[i].position;
   const PlanarVector along = bodies.turns.direction.at(i);
   const PlanarVector across{-along.z, along.x};
-  const PlanarVector* in_body = bodies.sphere_in_body.data();
-  PlacedSphere<2>* placed = bodies.spheres.data();
-  const int end = bodies.first_sphere[i + 1];
-  for (int s = bodies.first_sphere[i]; s < end; ++s) {
-    placed[s].centre = centre + in_body[s].x * along + in_body[s].z * across;
+  PlacedSphere<2>* placed = bodies.spheres.data() + bodies.first_sphere[i];
+  for (const PlanarVector& in_body : bodies.kind_of(i).spheres) {
+    (placed++)->centre = centre + in_body.x * along + in_body.z * across;
   }
 }
 
 inline void place_spheres(Bodies<3>& bodies, int i) {
   const SpatialVector centre = bodies.motion[i].position;
-  const int first = bodies.first_sphere[i];
-  if (bodies.is_centred_sphere[i] != 0) {
-    bodies.spheres[first].centre = centre;
+  PlacedSphere<3>* placed = bodies.spheres.data() + bodies.first_sphere[i];
+  const BodyKind<3>& kind = bodies.kind_of(i);
+  if (kind.is_ball) {
+    placed->centre = centre;
     return;
   }
   const Rotation world_from_body = bodies.turns.world_from_body.at(i);
-  const SpatialVector* in_body = bodies.sphere_in_body.data();
-  PlacedSphere<3>* placed = bodies.spheres.data();
-  const int end = bodies.first_sphere[i + 1];
-  for (int s = first; s < end; ++s) {
-    placed[s].centre = centre + turned_by(world_from_body, in_body[s]);
+  for (const SpatialVector& in_body : kind.spheres) {
+    (placed++)->centre = centre + turned_by(world_from_body, in_body);
   }
 }
 

@@ -49,7 +49,7 @@ template <int D>
   const int count = range.end - range.begin;
   const int* first = list.first_sphere.data() + range.begin;
   const int* second = list.second.data() + range.begin;
-  int* state = list.is_touching.data() + range.begin;
+  short* state = list.is_touching.data() + range.begin;
   std::array<int, kBatchRows> touches;
   int c = 0;
   for (; c + 4 <= count; c += 4) {
@@ -76,7 +76,7 @@ template <int D>
   }
   batch.count = rows;
   if (!commits) return;
-  for (c = 0; c < count; ++c) state[c] = touches[c];
+  for (c = 0; c < count; ++c) state[c] = static_cast<short>(touches[c]);
 }
 
 // Copies of the last contact up to whole rows.
@@ -155,16 +155,18 @@ template <int D>
   batch.is_of_one_pair = bodies.are_alike;
   if (bodies.are_alike) {
     // Nothing has to be looked up
-    const int pair = bodies.material[0] * (setting.material_count + 1);
-    const double inverse_mass = bodies.inverse_mass[0] + bodies.inverse_mass[0];
+    const BodyKind<D>& kind = bodies.kind_of(0);
+    const int pair = kind.material * (setting.material_count + 1);
+    const double inverse_mass = kind.inverse_mass + kind.inverse_mass;
     std::fill_n(batch.pair.begin(), rows, pair);
     std::fill_n(batch.inverse_mass.value.begin(), rows, inverse_mass);
     return;
   }
   for (int k = 0; k < rows; ++k) {
-    const int first = batch.first_body[k], second = batch.second_body[k];
-    batch.pair[k] = bodies.material[first] * setting.material_count + bodies.material[second];
-    batch.inverse_mass.set(k, bodies.inverse_mass[first] + bodies.inverse_mass[second]);
+    const BodyKind<D>& first = bodies.kind_of(batch.first_body[k]);
+    const BodyKind<D>& second = bodies.kind_of(batch.second_body[k]);
+    batch.pair[k] = first.material * setting.material_count + second.material;
+    batch.inverse_mass.set(k, first.inverse_mass + second.inverse_mass);
   }
   batch.is_of_one_pair = are_equal(batch.pair.data(), rows);
 }
@@ -213,8 +215,9 @@ template <int D>
     const int wall = list.second[candidate];
     batch.first_body[k] = body;
     batch.second_body[k] = wall;
-    batch.pair[k] = bodies.material[body] * setting.material_count + wall_materials[wall];
-    batch.inverse_mass.set(k, bodies.inverse_mass[body]);
+    const BodyKind<D>& kind = bodies.kind_of(body);
+    batch.pair[k] = kind.material * setting.material_count + wall_materials[wall];
+    batch.inverse_mass.set(k, kind.inverse_mass);
   }
   batch.is_of_one_pair = are_equal(batch.pair.data(), rows);
   number_groups(bodies, batch);

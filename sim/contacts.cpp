@@ -112,12 +112,18 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
   const PointView<D> centres{bodies.count() > 0 ? &bodies.motion.front().position.x : nullptr,
                              sizeof(BodyMotion<D>) / sizeof(double),
                              bodies.motion.size()};
-  visit_near_pairs<D>(
-      centres, bodies.bounding_radius, margin, cells_, [&](std::span<const IndexPair> of_body) {
-        const auto slab_here = static_cast<std::size_t>(slab_of(of_body.front().first));
-        for (; slab < slab_here; ++slab) finish_slab(order, lists[slab]);
-        for (const IndexPair& near : of_body) add_pair(bodies, near, margin);
-      });
+  std::vector<double> radii;
+  for (const BodyKind<D>& kind : bodies.kinds) radii.push_back(kind.bounding_radius);
+  visit_near_pairs<D>(centres,
+                      RadiusView{radii, bodies.kind.data()},
+                      margin,
+                      cells_,
+                      [&](std::span<const IndexPair> of_body) {
+                        const auto slab_here =
+                            static_cast<std::size_t>(slab_of(of_body.front().first));
+                        for (; slab < slab_here; ++slab) finish_slab(order, lists[slab]);
+                        for (const IndexPair& near : of_body) add_pair(bodies, near, margin);
+                      });
   for (; slab < lists.size(); ++slab) finish_slab(order, lists[slab]);
 }
 
@@ -151,7 +157,7 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
     if (slab_of(i) > static_cast<int>(slab)) finish_slab(order, lists[slab++]);
     const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
     for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
-      const double reach = bodies.bounding_radius[i] + margin;
+      const double reach = bodies.kind_of(i).bounding_radius + margin;
       if (wall_boxes_[w].distance_bound(centre) >= reach) continue;
       if (look_at(walls[w], centre).distance >= reach) continue;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {

@@ -39,7 +39,7 @@ struct ContactList {
   std::vector<int> second;  // sphere; or wall
   std::vector<typename Motion<D>::Tangent> spring;
   // kOpen, kTouching or kSliding; not bytes, whose stores could alias everything
-  std::vector<int> is_touching;
+  std::vector<short> is_touching;
   std::vector<ContactMemory<D>> memory;  // one a candidate, or none while the law needs none
   std::vector<CandidateRange> ranges;
 
@@ -56,8 +56,8 @@ struct ContactList {
   bool remembers_ = false;
 };
 
-// Fills the lists of all slabs anew with everything closer than `margin` (m); what touches keeps its
-// spring. One slab after the other, so that no more than one list is there twice.
+// Fills the lists of all slabs anew with everything closer than `margin` (m); what touches keeps
+// its spring. One slab after the other, so that no more than one list is there twice.
 template <int D>
 class ContactSearch {
  public:

@@ -189,8 +189,8 @@ void pass_body(Bodies<D>& bodies, int i, Pass& one) {
   pass(motion.velocity_now, one);
   pass(motion.spin, one);
   pass(motion.spin_now, one);
-  pass_row(bodies.acceleration, i, one);
-  pass_row(bodies.angular_acceleration, i, one);
+  pass(bodies.acceleration(i), one);
+  pass(bodies.angular_acceleration(i), one);
   if constexpr (D == 2) {
     one(bodies.turns.angle[i]);
     pass_row(bodies.turns.direction, i, one);
@@ -200,6 +200,8 @@ void pass_body(Bodies<D>& bodies, int i, Pass& one) {
     one(bodies.turns.world_from_body.y[i]);
     one(bodies.turns.world_from_body.z[i]);
     pass_row(bodies.turns.spin_in_body, i, one);
+    auto& last = bodies.turns.last_angular_acceleration;
+    if (!last.x.empty()) last.set(i, bodies.angular_acceleration(i));
   }
 }
 
@@ -259,7 +261,7 @@ void put_back(const std::vector<KeptContact>& kept, std::size_t& next, ContactLi
         kept[next].second != list.second[c]) {
       continue;
     }
-    list.is_touching[c] = static_cast<int>(kept[next].state);
+    list.is_touching[c] = static_cast<short>(kept[next].state);
     tangent_from(kept[next].spring, list.spring[c]);
     if (list.remembers()) {
       list.memory[c].elastic_force = kept[next].elastic_force;
@@ -413,17 +415,9 @@ void Engine<D>::add_forces_of_slab(const Law& law, int slab, int worker, Observe
     const int begin = slab * kBodiesInSlab;
     std::fill(bodies_.load.begin() + begin, bodies_.load.begin() + loads.end, Load<D>{});
   }
-  add_pair_forces<D>(
-      law, setting, between_[slab], bodies_, batch, loads, observe);
-  add_wall_forces<D>(law,
-                     setting,
-                     walls_,
-                     wall_surfaces_,
-                     with_walls_[slab],
-                     bodies_,
-                     batch,
-                     loads,
-                     observe);
+  add_pair_forces<D>(law, setting, between_[slab], bodies_, batch, loads, observe);
+  add_wall_forces<D>(
+      law, setting, walls_, wall_surfaces_, with_walls_[slab], bodies_, batch, loads, observe);
 }
 
 // Observers look at one batch after the other.
@@ -572,7 +566,7 @@ std::string Engine<D>::describe_move() const {
     const Speeds speeds = next_speeds(factors_, bodies_, i);
     const double turn = speeds.angular * factors_.time_step;
     const double move =
-        speeds.linear * factors_.time_step + turn * std::sqrt(bodies_.reach_squared[i]);
+        speeds.linear * factors_.time_step + turn * bodies_.kind_of(i).bounding_radius;
     const std::string body = "body " + std::to_string(i);
     const std::string at = ", at " + number(time_) + " s";
     if (!(move <= limit_.move)) {
@@ -653,7 +647,7 @@ double Engine<D>::largest_displacement() const {
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
     const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
-    largest = std::max(largest, path + chord * bodies_.bounding_radius[i]);
+    largest = std::max(largest, path + chord * bodies_.kind_of(i).bounding_radius);
   }
   return largest;
 }
@@ -759,10 +753,10 @@ Energy Engine<D>::energy() {
   Energy energy;
   energy.elastic = springs.normal + springs.tangential;
   for (int i = 0; i < bodies_.count(); ++i) {
-    const double mass = bodies_.mass[i];
+    const double mass = bodies_.kind_of(i).mass;
     const BodyMotion<D>& motion = bodies_.motion[i];
     energy.kinetic += 0.5 * mass * dot(motion.velocity_now, motion.velocity_now);
-    const auto inertia = bodies_.inertia.at(i);
+    const auto inertia = bodies_.kind_of(i).inertia;
     if constexpr (D == 2) {
       energy.kinetic += 0.5 * inertia * motion.spin_now * motion.spin_now;
     } else {

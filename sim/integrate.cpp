@@ -43,11 +43,34 @@ template <int D>
 struct Block {
   int first = 0;  // body
   int count = 0;
+  // Constants of the kinds of the bodies; most often they are those of the block before
+  std::array<int, kBlock> kind;
+  BlockNumbers inverse_mass, reach_squared, gyration;
+  TangentColumn<D, BlockNumbers> inertia, inverse_inertia;
+
   MotionColumns<D, BlockNumbers> motion;
-  VectorColumn<D, BlockNumbers> force;
-  TangentColumn<D, BlockNumbers> torque;
+  // Forces and torques; then the accelerations that they give
+  VectorColumn<D, BlockNumbers> linear;
+  TangentColumn<D, BlockNumbers> angular;
   ScalarColumn<BlockNumbers> bound;  // m2
+
+  Block() { kind.fill(-1); }
 };
+
+template <int D>
+[[gnu::always_inline]] inline void find_kinds(const Bodies<D>& bodies, Block<D>& block) {
+  for (int k = 0; k < block.count; ++k) {
+    const int index = bodies.kind[block.first + k];
+    if (block.kind[k] == index) continue;
+    const BodyKind<D>& kind = bodies.kinds[index];
+    block.kind[k] = index;
+    block.inverse_mass[k] = kind.inverse_mass;
+    block.reach_squared[k] = kind.bounding_radius * kind.bounding_radius;
+    block.gyration[k] = kind.gyration;
+    block.inertia.set(k, kind.inertia);
+    block.inverse_inertia.set(k, kind.inverse_inertia);
+  }
+}
 
 // Blocks of one share of the bodies.
 template <int D, class Function>
@@ -77,55 +100,44 @@ void for_each_share(const Bodies<D>& bodies, Team* team, const Function& functio
   }
 }
 
-// The columns of a block of bodies.
-template <int D>
-struct BodyRows {
-  explicit BodyRows(Bodies<D>& bodies, int first)
-      : inverse_mass(bodies.inverse_mass.data() + first),
-        reach_squared(bodies.reach_squared.data() + first),
-        inertia(rows(bodies.inertia, first)),
-        inverse_inertia(rows(bodies.inverse_inertia, first)),
-        acceleration(rows(bodies.acceleration, first)),
-        angular_acceleration(rows(bodies.angular_acceleration, first)) {}
-  Rows inverse_mass, reach_squared;
-  TangentColumn<D, Rows> inertia, inverse_inertia;
-  VectorColumn<D, Rows> acceleration;
-  TangentColumn<D, Rows> angular_acceleration;
-};
-
 // Change of the spin per second and its square half a step on; in body axes in space.
 struct PlanarSpins {
-  ScalarColumn<Rows> before;
-  PlanarSpins(Bodies<2>&, Block<2>& block) : before(rows(block.motion.spin)) {}
-  double acceleration(const BodyRows<2>& rows, const StepFactors&, int k, double torque) const {
-    return torque * rows.inverse_inertia.at(k);
+  ScalarColumn<Rows> before, inverse_inertia;
+  PlanarSpins(Bodies<2>&, Block<2>& block)
+      : before(rows(block.motion.spin)), inverse_inertia(rows(block.inverse_inertia)) {}
+  double acceleration(const StepFactors&, int k, double torque) const {
+    return torque * inverse_inertia.at(k);
   }
 };
 // Without gyroscopic terms where all bodies of the block are round.
 template <bool kTurnsGyrate>
 struct SpatialSpins {
   RotationColumn<Rows> world_from_body;
-  VectorColumn<3, Rows> before;
+  VectorColumn<3, Rows> before, moments, inverse_moments;
+  VectorColumn<3, Rows> last;
   Rows gyration;
   SpatialSpins(Bodies<3>& bodies, Block<3>& block)
       : world_from_body(rows(bodies.turns.world_from_body, block.first)),
         before(rows(bodies.turns.spin_in_body, block.first)),
-        gyration(bodies.gyration.data() + block.first) {}
-  SpatialVector acceleration(const BodyRows<3>& rows,
-                             const StepFactors& step,
-                             int k,
-                             SpatialVector torque_in_space) const {
-    const SpatialVector inertia = rows.inertia.at(k);
-    const SpatialVector inverse = rows.inverse_inertia.at(k);
+        moments(rows(block.inertia)),
+        inverse_moments(rows(block.inverse_inertia)),
+        gyration(block.gyration.data()) {
+    if constexpr (kTurnsGyrate) last = rows(bodies.turns.last_angular_acceleration, block.first);
+  }
+  SpatialVector acceleration(const StepFactors& step, int k, SpatialVector torque_in_space) {
+    const SpatialVector inertia = moments.at(k);
+    const SpatialVector inverse = inverse_moments.at(k);
     const SpatialVector spin = before.at(k);
     const SpatialVector torque = turned_back(world_from_body.at(k), torque_in_space);
     if constexpr (!kTurnsGyrate) return product(torque, inverse);
     // Each iteration gains a factor w dt, about 1e-2 or less
-    SpatialVector found = rows.angular_acceleration.at(k);
+    SpatialVector found = last.at(k);
     found = once_more(found, torque, spin, inertia, inverse, gyration[k], step);
     found = once_more(found, torque, spin, inertia, inverse, gyration[k], step);
     found = once_more(found, torque, spin, inertia, inverse, gyration[k], step);
-    return once_more(found, torque, spin, inertia, inverse, gyration[k], step);
+    found = once_more(found, torque, spin, inertia, inverse, gyration[k], step);
+    last.set(k, found);
+    return found;
   }
   static SpatialVector once_more(SpatialVector acceleration,
                                  SpatialVector torque,
@@ -183,11 +195,20 @@ template <int D>
   to_columns(
       fours,
       [load](int k) -> const Load<D>& { return load[k]; },
-      columns_of(block.force, block.torque));
+      columns_of(block.linear, block.angular));
   for (int k = fours; k < block.count; ++k) {
-    block.force.set(k, load[k].force);
-    block.torque.set(k, load[k].torque);
+    block.linear.set(k, load[k].force);
+    block.angular.set(k, load[k].torque);
   }
+}
+template <int D>
+[[gnu::always_inline]] inline void write_loads(Block<D>& block, Bodies<D>& bodies) {
+  Load<D>* load = bodies.load.data() + block.first;
+  const int fours = block.count & -4;
+  to_records(fours, columns_of(block.linear, block.angular), [load](int k) -> Load<D>& {
+    return load[k];
+  });
+  for (int k = fours; k < block.count; ++k) load[k] = {block.linear.at(k), block.angular.at(k)};
 }
 
 // (|v| + |w| reach)^2 <= 2 (v^2 + w^2 reach^2); the comparisons are false for NaN. `largest` is the
@@ -203,18 +224,17 @@ template <int D, class Spins>
   const double move_squared = limit.move * limit.move;
   const double turn_squared = limit.turn * limit.turn;
   const int count = block.count;
-  BodyRows<D> row(bodies, block.first);
-  const Spins spins(bodies, block);
+  Spins spins(bodies, block);
   int sound = 0;
 #pragma GCC ivdep
   for (int k = 0; k < count; ++k) {
-    const auto acceleration = row.inverse_mass[k] * block.force.at(k) + gravity;
-    const auto angular = spins.acceleration(row, step, k, block.torque.at(k));
-    row.acceleration.set(k, acceleration);
-    row.angular_acceleration.set(k, angular);
+    const auto acceleration = block.inverse_mass[k] * block.linear.at(k) + gravity;
+    const auto angular = spins.acceleration(step, k, block.angular.at(k));
+    block.linear.set(k, acceleration);
+    block.angular.set(k, angular);
     const double turn = squared(next(spins.before.at(k), angular, step)) * dt_squared;
     const double go = squared(next(block.motion.velocity.at(k), acceleration, step)) * dt_squared;
-    const double bound = 2.0 * (go + turn * row.reach_squared[k]);
+    const double bound = 2.0 * (go + turn * block.reach_squared[k]);
     block.bound.set(k, bound);
     sound += (bound <= move_squared ? 1 : 0) & (turn <= turn_squared ? 1 : 0);
   }
@@ -226,11 +246,9 @@ template <int D, class Spins>
 }
 
 template <int D>
-[[gnu::always_inline]] inline void advance_centre(const StepFactors& step,
-                                                  const BodyRows<D>& row,
-                                                  int k,
-                                                  MotionColumns<D, BlockNumbers>& motion) {
-  const auto acceleration = row.acceleration.at(k);
+[[gnu::always_inline]] inline void advance_centre(const StepFactors& step, int k, Block<D>& block) {
+  MotionColumns<D, BlockNumbers>& motion = block.motion;
+  const auto acceleration = block.linear.at(k);
   const auto velocity = next(motion.velocity.at(k), acceleration, step);
   motion.position.set(k, motion.position.at(k) + step.time_step * velocity);
   motion.velocity.set(k, velocity);
@@ -241,13 +259,12 @@ template <int D>
                                               Bodies<2>& bodies,
                                               Block<2>& block) {
   const int count = block.count;
-  const BodyRows<2> row(bodies, block.first);
   Rows angles = bodies.turns.angle.data() + block.first;
   VectorColumn<2, Rows> direction = rows(bodies.turns.direction, block.first);
 #pragma GCC ivdep
   for (int k = 0; k < count; ++k) {
-    advance_centre(step, row, k, block.motion);
-    const double angular = row.angular_acceleration.at(k);
+    advance_centre(step, k, block);
+    const double angular = block.angular.at(k);
     const double spin = next(block.motion.spin.at(k), angular, step);
     block.motion.spin.set(k, spin);
     block.motion.spin_now.set(k, step.predict * spin + step.half * angular);
@@ -267,13 +284,12 @@ template <int D>
                                               Bodies<3>& bodies,
                                               Block<3>& block) {
   const int count = block.count;
-  const BodyRows<3> row(bodies, block.first);
   RotationColumn<Rows> rotation = rows(bodies.turns.world_from_body, block.first);
   VectorColumn<3, Rows> spin_in_body = rows(bodies.turns.spin_in_body, block.first);
 #pragma GCC ivdep
   for (int k = 0; k < count; ++k) {
-    advance_centre(step, row, k, block.motion);
-    const SpatialVector angular = row.angular_acceleration.at(k);
+    advance_centre(step, k, block);
+    const SpatialVector angular = block.angular.at(k);
     const SpatialVector spin = next(spin_in_body.at(k), angular, step);
     spin_in_body.set(k, spin);
     const HalfTurn half = half_turn(squared(spin) * step.half * step.half);
@@ -294,9 +310,13 @@ GRAINTRUTH_FOR_EACH_PROCESSOR int find_accelerations_in(PlanarVector gravity,
                                                         Block<2>& block,
                                                         Bodies<2>& bodies,
                                                         double& largest) {
+  find_kinds(bodies, block);
   read_loads(bodies, block);
   read_motions(bodies, block);
-  return find_accelerations_of<2, PlanarSpins>(gravity, step, limit, block, bodies, largest);
+  const int suspects =
+      find_accelerations_of<2, PlanarSpins>(gravity, step, limit, block, bodies, largest);
+  write_loads(block, bodies);
+  return suspects;
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR int find_accelerations_in(SpatialVector gravity,
                                                         const StepFactors& step,
@@ -304,20 +324,23 @@ GRAINTRUTH_FOR_EACH_PROCESSOR int find_accelerations_in(SpatialVector gravity,
                                                         Block<3>& block,
                                                         Bodies<3>& bodies,
                                                         double& largest) {
+  find_kinds(bodies, block);
   read_loads(bodies, block);
   read_motions(bodies, block);
   double gyration = 0.0;
-  for (int k = 0; k < block.count; ++k) gyration += bodies.gyration[block.first + k];
-  if (gyration == 0.0) {
-    return find_accelerations_of<3, SpatialSpins<false>>(
-        gravity, step, limit, block, bodies, largest);
-  }
-  return find_accelerations_of<3, SpatialSpins<true>>(gravity, step, limit, block, bodies, largest);
+  for (int k = 0; k < block.count; ++k) gyration += block.gyration[k];
+  const int suspects = gyration == 0.0 ? find_accelerations_of<3, SpatialSpins<false>>(
+                                             gravity, step, limit, block, bodies, largest)
+                                       : find_accelerations_of<3, SpatialSpins<true>>(
+                                             gravity, step, limit, block, bodies, largest);
+  write_loads(block, bodies);
+  return suspects;
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR void advance_in(const StepFactors& step,
                                               Bodies<2>& bodies,
                                               Block<2>& block) {
   read_motions(bodies, block);
+  read_loads(bodies, block);
   advance_of(step, bodies, block);
   write_motions(block, bodies);
   for (int k = 0; k < block.count; ++k) place_spheres(bodies, block.first + k);
@@ -326,6 +349,7 @@ GRAINTRUTH_FOR_EACH_PROCESSOR void advance_in(const StepFactors& step,
                                               Bodies<3>& bodies,
                                               Block<3>& block) {
   read_motions(bodies, block);
+  read_loads(bodies, block);
   advance_of(step, bodies, block);
   write_motions(block, bodies);
   for (int k = 0; k < block.count; ++k) place_spheres(bodies, block.first + k);
@@ -388,13 +412,13 @@ void advance(const StepFactors& step, Bodies<3>& bodies, Team* team) {
 }
 
 Speeds next_speeds(const StepFactors& step, const Bodies<2>& bodies, int i) {
-  const auto velocity = next(bodies.motion[i].velocity, bodies.acceleration.at(i), step);
+  const auto velocity = next(bodies.motion[i].velocity, bodies.acceleration(i), step);
   return {std::sqrt(squared(velocity)),
-          std::abs(next(bodies.motion[i].spin, bodies.angular_acceleration.at(i), step))};
+          std::abs(next(bodies.motion[i].spin, bodies.angular_acceleration(i), step))};
 }
 Speeds next_speeds(const StepFactors& step, const Bodies<3>& bodies, int i) {
-  const auto velocity = next(bodies.motion[i].velocity, bodies.acceleration.at(i), step);
-  const auto spin = next(bodies.turns.spin_in_body.at(i), bodies.angular_acceleration.at(i), step);
+  const auto velocity = next(bodies.motion[i].velocity, bodies.acceleration(i), step);
+  const auto spin = next(bodies.turns.spin_in_body.at(i), bodies.angular_acceleration(i), step);
   return {std::sqrt(squared(velocity)), std::sqrt(squared(spin))};
 }
 
@@ -402,18 +426,18 @@ void shift_half_step(double later, double global_damping, Bodies<2>& bodies) {
   for (int i = 0; i < bodies.count(); ++i) {
     BodyMotion<2>& motion = bodies.motion[i];
     motion.velocity =
-        motion.velocity + later * (bodies.acceleration.at(i) - global_damping * motion.velocity);
-    motion.spin += later * (bodies.angular_acceleration.at(i) - global_damping * motion.spin);
+        motion.velocity + later * (bodies.acceleration(i) - global_damping * motion.velocity);
+    motion.spin += later * (bodies.angular_acceleration(i) - global_damping * motion.spin);
   }
 }
 void shift_half_step(double later, double global_damping, Bodies<3>& bodies) {
   for (int i = 0; i < bodies.count(); ++i) {
     BodyMotion<3>& motion = bodies.motion[i];
     motion.velocity =
-        motion.velocity + later * (bodies.acceleration.at(i) - global_damping * motion.velocity);
+        motion.velocity + later * (bodies.acceleration(i) - global_damping * motion.velocity);
     const SpatialVector before = bodies.turns.spin_in_body.at(i);
     const SpatialVector spin =
-        before + later * (bodies.angular_acceleration.at(i) - global_damping * before);
+        before + later * (bodies.angular_acceleration(i) - global_damping * before);
     bodies.turns.spin_in_body.set(i, spin);
     motion.spin = turned_by(bodies.turns.world_from_body.at(i), spin);
   }

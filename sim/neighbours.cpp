@@ -58,7 +58,7 @@ Grid<D> make_grid(const PointView<D>& centres, double smallest_edge) {
 
 template <int D>
 void visit_near_pairs(const PointView<D>& centres,
-                      std::span<const double> radii,
+                      const RadiusView& radii,
                       double margin,
                       CellList& cells,
                       const std::function<void(std::span<const IndexPair>)>& visit) {
@@ -66,7 +66,7 @@ void visit_near_pairs(const PointView<D>& centres,
   if (count < 2) return;
 
   // 1. Bodies into cells, in the order of their indices
-  const double largest = *std::max_element(radii.begin(), radii.end());
+  const double largest = *std::max_element(radii.radii.begin(), radii.radii.end());
   const Grid<D> grid = make_grid<D>(centres, 2.0 * largest + margin);
   const int cell_count = grid.size[0] * grid.size[1] * grid.size[2];
   cells.cell_of_body.resize(count);
@@ -124,18 +124,19 @@ void find_near_pairs(std::span<const Vec<D>> centres,
   pairs.clear();
   if (centres.empty()) return;
   const PointView<D> view{centres.front().data(), D, centres.size()};
-  visit_near_pairs<D>(view, radii, margin, cells, [&](std::span<const IndexPair> of_body) {
-    pairs.insert(pairs.end(), of_body.begin(), of_body.end());
-  });
+  visit_near_pairs<D>(
+      view, RadiusView{radii}, margin, cells, [&](std::span<const IndexPair> of_body) {
+        pairs.insert(pairs.end(), of_body.begin(), of_body.end());
+      });
 }
 
 template void visit_near_pairs<2>(const PointView<2>&,
-                                  std::span<const double>,
+                                  const RadiusView&,
                                   double,
                                   CellList&,
                                   const std::function<void(std::span<const IndexPair>)>&);
 template void visit_near_pairs<3>(const PointView<3>&,
-                                  std::span<const double>,
+                                  const RadiusView&,
                                   double,
                                   CellList&,
                                   const std::function<void(std::span<const IndexPair>)>&);

@@ -33,11 +33,18 @@ struct PointView {
   Vec<D> operator[](std::size_t i) const { return Vec<D>(first + i * stride); }
 };
 
+// Radii of bodies, each of which is of a kind; without kinds each has its own.
+struct RadiusView {
+  std::span<const double> radii;
+  const int* kind = nullptr;
+  double operator[](std::size_t i) const { return radii[kind != nullptr ? kind[i] : i]; }
+};
+
 // Shows all pairs whose bounding spheres are less than `margin` (m) apart, body after body: those
 // of which it is the first, sorted by the second.
 template <int D>
 void visit_near_pairs(const PointView<D>& centres,
-                      std::span<const double> radii,
+                      const RadiusView& radii,
                       double margin,
                       CellList& cells,
                       const std::function<void(std::span<const IndexPair>)>& visit);

@@ -65,8 +65,7 @@ double longest_step_of(const Scene& scene, const SimulationOptions& options) {
 }  // namespace
 
 struct Simulation::Engines {
-  Scene scene;                    // without its bodies, which the engine has
-  std::vector<int> type_of_body;  // index into the types of the scene
+  Scene scene;  // without its bodies, which the engine has
   SimulationOptions options;
   double longest_step;
   std::variant<Engine<2>, Engine<3>> engine;
@@ -79,7 +78,6 @@ struct Simulation::Engines {
         engine(scene.planar
                    ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, scene, chosen)
                    : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {
-    for (const Body& body : scene.bodies) type_of_body.push_back(body.type);
     scene.bodies = std::vector<Body>();
     const auto begin = [](auto& begun) {
       begun.begin();
@@ -91,6 +89,10 @@ struct Simulation::Engines {
   template <class Function>
   decltype(auto) visit(Function function) {
     return std::visit(function, engine);
+  }
+  // Indices into the types of the scene.
+  const std::vector<int>& types_of_bodies() {
+    return visit([](const auto& e) -> const std::vector<int>& { return e.bodies().kind; });
   }
   const State& refreshed_state() {
     visit([this](const auto& e) {
@@ -226,7 +228,6 @@ void Simulation::add_bodies(const std::vector<Body>& bodies) {
   next.bodies = scene_now().bodies;
   next.bodies.insert(next.bodies.end(), bodies.begin(), bodies.end());
   check(next);
-  for (const Body& body : bodies) all.type_of_body.push_back(body.type);
   all.longest_step = longest_step_of(next, all.options);
   all.visit([&](auto& engine) {
     std::decay_t<decltype(engine)> grown(next, all.options, &engine);
@@ -237,8 +238,8 @@ void Simulation::add_bodies(const std::vector<Body>& bodies) {
 
 void Simulation::remove_bodies(const std::vector<int>& indices) {
   Engines& all = *engines_;
-  const auto count = static_cast<int>(all.type_of_body.size());
-  std::vector<char> gone(all.type_of_body.size(), 0);
+  const auto count = static_cast<int>(all.types_of_bodies().size());
+  std::vector<char> gone(all.types_of_bodies().size(), 0);
   for (const int i : indices) {
     if (i < 0 || i >= count) {
       throw std::invalid_argument("remove_bodies: there is no body " + std::to_string(i));
@@ -249,7 +250,7 @@ void Simulation::remove_bodies(const std::vector<int>& indices) {
     throw std::invalid_argument("remove_bodies: at least one body must stay");
   }
   std::vector<std::int64_t> first_sphere = {0};
-  for (const int type : all.type_of_body) {
+  for (const int type : all.types_of_bodies()) {
     const std::size_t spheres = all.scene.types[static_cast<std::size_t>(type)].spheres.size();
     first_sphere.push_back(first_sphere.back() + static_cast<std::int64_t>(spheres));
   }
@@ -258,11 +259,8 @@ void Simulation::remove_bodies(const std::vector<int>& indices) {
   // their motion, and the state of every contact.
   Scene start = all.scene;
   const std::vector<Body> before = scene_now().bodies;
-  all.type_of_body.clear();
   for (std::size_t i = 0; i < before.size(); ++i) {
-    if (gone[i] != 0) continue;
-    start.bodies.push_back(before[i]);
-    all.type_of_body.push_back(before[i].type);
+    if (gone[i] == 0) start.bodies.push_back(before[i]);
   }
   all.visit([&](auto& engine) {
     start.walls = engine.walls_now();
@@ -310,10 +308,11 @@ Vec3 Simulation::wall_force(int wall) const {
 Scene Simulation::scene_now() const {
   Scene scene = engines_->scene;
   const State& now = engines_->refreshed_state();
-  scene.bodies.resize(engines_->type_of_body.size());
+  const std::vector<int>& types = engines_->types_of_bodies();
+  scene.bodies.resize(types.size());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     Body& body = scene.bodies[i];
-    body.type = engines_->type_of_body[i];
+    body.type = types[i];
     body.position = now.position[i];
     body.orientation = now.orientation[i];
     body.velocity = now.velocity[i];
