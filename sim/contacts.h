@@ -21,15 +21,12 @@ struct CandidateRange {
 };
 
 // Bodies are taken together in slabs of so many, by their indices: each slab has its own list of
-// candidates, those of which its bodies are the first. What happens inside a slab is
-// summed in the order of its groups; what its groups do to bodies of later slabs is put off and
-// added afterwards, slab by slab. So the bits do not depend on who does which slab.
+// candidates, those of which its bodies are the first. What happens inside a slab is summed in the
+// order of its groups; what its groups do to bodies of later slabs is summed apart, slab by slab.
+// So the bits do not depend on who does which slab.
 constexpr int kBodiesInSlab = 512;
 inline int slab_of(int body) { return body / kBodiesInSlab; }
 inline int slab_count_of(int bodies) { return bodies > 0 ? slab_of(bodies - 1) + 1 : 1; }
-
-// A range is closed when it holds this many candidates; those of one more group may come on top.
-constexpr int kCandidatesInRange = 64;
 
 // The candidates of one slab.
 template <int D>

@@ -88,7 +88,21 @@ template <int q, std::size_t Columns, class Record>
 [[gnu::always_inline]] inline void quad_to_records(
     const std::array<Rows, Columns>& columns, int k, Record& a, Record& b, Record& c, Record& d) {
   constexpr int kNumbers = static_cast<int>(Columns);
-  constexpr int kFirst = quad_begin(q, kNumbers);
+  constexpr int kFirst = quad_begin(q, kNumbers), kNew = 4 * q - kFirst;
+  if constexpr (kNew == 2) {
+    // Two numbers are left. Writing two of the quad before once more would make a reader wait who
+    // comes soon.
+    Quad numbers[2];
+    read_rows(columns[kFirst + 2] + k, numbers[0]);
+    read_rows(columns[kFirst + 3] + k, numbers[1]);
+    const Quad of_ac = __builtin_shufflevector(numbers[0], numbers[1], 0, 4, 2, 6);
+    const Quad of_bd = __builtin_shufflevector(numbers[0], numbers[1], 1, 5, 3, 7);
+    write_twin(__builtin_shufflevector(of_ac, of_ac, 0, 1), kFirst + 2, a);
+    write_twin(__builtin_shufflevector(of_bd, of_bd, 0, 1), kFirst + 2, b);
+    write_twin(__builtin_shufflevector(of_ac, of_ac, 2, 3), kFirst + 2, c);
+    write_twin(__builtin_shufflevector(of_bd, of_bd, 2, 3), kFirst + 2, d);
+    return;
+  }
   Quad quads[4] = {};
   read_rows(columns[kFirst] + k, quads[0]);
   read_rows(columns[kFirst + 1] + k, quads[1]);
