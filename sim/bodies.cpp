@@ -1,5 +1,7 @@
 #include "sim/bodies.h"
 
+#include <algorithm>
+
 namespace graintruth::sim {
 namespace {
 
@@ -18,37 +20,66 @@ void start_turn(const Body& body, Bodies<3>& bodies) {
   bodies.motion.back().spin = spin;
 }
 
+template <int D>
+BodyKind<D> kind_of(const Clump& type) {
+  BodyKind<D> kind{.mass = type.mass,
+                   .inverse_mass = 1.0 / type.mass,
+                   .bounding_radius = type.bounding_radius,
+                   .material = type.material};
+  if constexpr (D == 2) {
+    kind.inertia = type.inertia.y();
+    kind.inverse_inertia = 1.0 / type.inertia.y();
+  } else {
+    kind.inertia = plain(type.inertia);
+    kind.inverse_inertia = plain(Vec3(type.inertia.cwiseInverse()));
+  }
+  const bool is_round =
+      type.inertia.x() == type.inertia.y() && type.inertia.y() == type.inertia.z();
+  kind.gyration = is_round ? 0.0 : 1.0;
+  kind.is_ball = type.spheres.size() == 1 && type.spheres.front().centre.isZero(0.0);
+  for (const ElementSphere& sphere : type.spheres) {
+    kind.spheres.push_back(plain(to_motion<D>(sphere.centre)));
+  }
+  return kind;
+}
+
 }  // namespace
 
 template <int D>
 Bodies<D> make_bodies(const Scene& scene) {
   Bodies<D> bodies;
   if (!scene.bodies.empty()) bodies.layer = scene.bodies.front().position.y();
+  // Kinds that no body is of stay empty
+  bodies.kinds.resize(scene.types.size());
+  for (const Body& body : scene.bodies) {
+    if (!bodies.kinds[body.type].spheres.empty()) continue;
+    bodies.kinds[body.type] = kind_of<D>(scene.types[body.type]);
+  }
+  const bool some_gyrate = std::any_of(
+      bodies.kinds.begin(), bodies.kinds.end(), [](const auto& k) { return k.gyration != 0.0; });
+  // Vectors that grow leave holes of their size in memory
+  const std::size_t count = scene.bodies.size();
+  std::size_t sphere_count = 0;
+  for (const Body& body : scene.bodies) sphere_count += scene.types[body.type].spheres.size();
+  bodies.kind.reserve(count);
+  bodies.motion.reserve(count);
+  bodies.first_sphere.reserve(count + 1);
+  bodies.body_of_sphere.reserve(sphere_count);
+  bodies.spheres.reserve(sphere_count);
   bodies.first_sphere.push_back(0);
   for (const Body& body : scene.bodies) {
     const Clump& type = scene.types[body.type];
-    bodies.mass.push_back(type.mass);
-    bodies.inverse_mass.push_back(1.0 / type.mass);
-    if constexpr (D == 2) {
-      bodies.inertia.push_back(type.inertia.y());
-      bodies.inverse_inertia.push_back(1.0 / type.inertia.y());
-    } else {
-      bodies.inertia.push_back(plain(type.inertia));
-      bodies.inverse_inertia.push_back(plain(Vec3(type.inertia.cwiseInverse())));
-    }
-    const bool is_round =
-        type.inertia.x() == type.inertia.y() && type.inertia.y() == type.inertia.z();
-    bodies.is_centred_sphere.push_back(type.spheres.size() == 1 &&
-                                       type.spheres.front().centre.isZero(0.0));
-    bodies.gyration.push_back(is_round ? 0.0 : 1.0);
-    bodies.reach_squared.push_back(type.bounding_radius * type.bounding_radius);
-    bodies.bounding_radius.push_back(type.bounding_radius);
-    bodies.material.push_back(type.material);
+    bodies.kind.push_back(body.type);
     for (const ElementSphere& sphere : type.spheres) {
-      bodies.sphere_radius.push_back(sphere.radius);
-      bodies.sphere_in_body.push_back(plain(to_motion<D>(sphere.centre)));
+      bodies.spheres.push_back({Motion<D>::no_vector(), sphere.radius});
+      bodies.body_of_sphere.push_back(bodies.count() - 1);
     }
-    bodies.first_sphere.push_back(static_cast<int>(bodies.sphere_radius.size()));
+    bodies.first_sphere.push_back(bodies.sphere_count());
+    const BodyKind<D>&kind = bodies.kinds[body.type], &first = bodies.kind_of(0);
+    bodies.are_alike =
+        bodies.are_alike && kind.mass == first.mass && kind.material == first.material;
+    bodies.are_balls = bodies.are_balls && kind.is_ball;
+    bodies.are_single_spheres = bodies.are_single_spheres && kind.spheres.size() == 1;
     const auto velocity = plain(to_motion<D>(body.velocity));
     bodies.motion.push_back({plain(to_motion<D>(body.position)),
                              velocity,
@@ -56,13 +87,13 @@ Bodies<D> make_bodies(const Scene& scene) {
                              Motion<D>::no_tangent(),
                              Motion<D>::no_tangent()});
     start_turn(body, bodies);
-    bodies.acceleration.push_back(Motion<D>::no_vector());
-    bodies.angular_acceleration.push_back(Motion<D>::no_tangent());
+    if constexpr (D == 3) {
+      auto& last = bodies.turns.last_angular_acceleration;
+      if (some_gyrate) last.push_back(Motion<D>::no_tangent());
+    }
     bodies.motion.back().spin_now = bodies.motion.back().spin;
   }
-  const std::size_t count = scene.bodies.size();
   bodies.load.resize(count);
-  bodies.sphere_position.resize(bodies.sphere_radius.size());
   for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
   return bodies;
 }

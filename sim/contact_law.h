@@ -16,6 +16,12 @@ namespace graintruth::sim {
 inline double hertz_stiffness(double stiffness_factor, double overlap) {
   return stiffness_factor * std::sqrt(overlap);
 }
+inline double hertz_stiffness(const PairMaterial& pair, double reduced_radius, double overlap) {
+  return 2.0 * pair.normal_modulus * std::sqrt(reduced_radius * overlap);
+}
+inline double stiffness_factor_of(const PairMaterial& pair, double reduced_radius) {
+  return 2.0 * pair.normal_modulus * std::sqrt(reduced_radius);
+}
 
 // Elastic force from the total overlap, N; pushes apart.  F = (4/3) E* sqrt(R*) d^1.5 = (2/3) k_n d
 // (thesis 1.1).
@@ -108,7 +114,7 @@ inline double tangential_stiffness_of(const Law& law, const PairMaterial& pair, 
 
 // Dashpot constant per stiffness, s: what multiplies k_n (or k_t) of one of `count` simultaneous
 // contacts between the same two bodies. K = sum of their stiffnesses, m* = m1 m2/(m1 + m2) from the
-// masses of the BODIES.
+// masses of the BODIES, given as 1/m* = 1/m1 + 1/m2.
 //   inv_sqrt_n  c_i = 2 sqrt(5/6) beta sqrt(m*/K) k_i     the total is 2 sqrt(5/6) beta sqrt(K m*):
 //                                                         restitution as asked
 //   none        c_i = 2 sqrt(5/6) beta sqrt(m* k_i)       thesis 1.22, contact by contact
@@ -116,14 +122,14 @@ inline double tangential_stiffness_of(const Law& law, const PairMaterial& pair, 
 template <class Law>
 inline double dashpot_per_stiffness(const Law& law,
                                     double normal_damping,
-                                    double reduced_mass,
+                                    double inverse_mass,
                                     double sum_of_stiffness,
                                     double stiffness,
                                     double count) {
   if (law.sharing == DampingSharing::inv_sqrt_n) {
-    return normal_damping * std::sqrt(reduced_mass / sum_of_stiffness);
+    return normal_damping / std::sqrt(inverse_mass * sum_of_stiffness);
   }
-  const double alone = normal_damping * std::sqrt(reduced_mass / stiffness);
+  const double alone = normal_damping / std::sqrt(inverse_mass * stiffness);
   return law.sharing == DampingSharing::inv_n ? alone / count : alone;
 }
 
@@ -190,8 +196,10 @@ inline ContactForce<D> contact_force(const Law& law,
   const bool holds =
       law.has_static_friction && !slid_before && length <= pair.static_friction * load;
   const bool slides = length > limit && !holds;
-  const double share = slides ? limit / length : 1.0;
-  spring = chosen(slides, (-1.0 / tangential_stiffness) * (share * trial), stretched);
+  // One division for both the share that is left and the spring that carries it
+  const double per_length = limit / (length * tangential_stiffness);
+  const double share = slides ? per_length * tangential_stiffness : 1.0;
+  spring = chosen(slides, -per_length * trial, stretched);
   return {law.tension == Tension::clipped ? pressing : whole,
           with_late_dashpot(law, share * trial, viscosity, motion.tangential),
           slides};

@@ -21,8 +21,12 @@ template <int D>
 class Engine {
  public:
   // With `earlier`, an engine of the same scene with fewer bodies, it goes on from there: at its
-  // time, with its walls, contacts and tallies.
+  // time, with its walls, contacts and tallies. Before the first step it must begin; the scene is
+  // no longer needed then.
   Engine(const Scene& scene, const SimulationOptions& options, const Engine* earlier = nullptr);
+  void begin();
+  // Throws std::invalid_argument when bodies are too deep in each other or in a wall.
+  void refuse_overlap() const;
 
   // One step of the current time step to `time` (s). False when it cannot be trusted; `trouble()`
   // says why.
@@ -48,7 +52,7 @@ class Engine {
   std::int64_t searches() const { return searches_; }
   const Bodies<D>& bodies() const { return bodies_; }
   const std::vector<Wall>& walls_now() const { return walls_; }
-  Vec3 wall_force(int wall) const { return to_space(wall_surfaces_[wall].force); }
+  Vec3 wall_force(int wall) const { return to_space(wall_surfaces_.load[wall].force); }
 
   // Look at the contacts as the next step will see them; nothing is changed.
   Energy energy();
@@ -67,6 +71,7 @@ class Engine {
   void begin_slabs();
   template <class Observer>
   void sum_slabs();
+  bool shares_slabs() const { return slab_count() > 1 && team_->workers() > 1; }
   int slab_count() const { return static_cast<int>(slabs_.size()); }
   void choose_law();
   void start();
@@ -92,12 +97,12 @@ class Engine {
   int material_count_ = 0;
   Bodies<D> bodies_;
   std::vector<Wall> walls_at_rest_, walls_;
-  std::vector<WallSurface<D>> wall_surfaces_;
+  WallSurfaces<D> wall_surfaces_;
   std::vector<int> moving_walls_;     // that move, drag or open: of a mesh most do not
   std::vector<int> loaded_walls_;     // with candidates near them in the last step
   bool loaded_walls_are_old_ = true;  // the candidates have changed since
   ContactSearch<D> search_;
-  ContactList<D> between_, with_walls_;
+  std::vector<ContactList<D>> between_, with_walls_;  // of each slab
   std::unique_ptr<Team> team_;
   std::vector<std::unique_ptr<ContactBatch<D>>> batches_;  // one a worker
   std::vector<SlabLoads<D>> slabs_;

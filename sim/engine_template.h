@@ -29,7 +29,9 @@ double elastic_force_of(const BatchView<D>& view, int k) {
 template <int D>
 double elastic_energy_of(const BatchView<D>& view, int k) {
   if (view.law.normal_spring == NormalSpring::incremental) {
-    return energy_of_force(elastic_force_of(view, k), view.batch.stiffness_factor.at(k));
+    const PairMaterial& pair = view.pairs[view.batch.pair[k]];
+    return energy_of_force(elastic_force_of(view, k),
+                           stiffness_factor_of(pair, view.batch.reduced_radius.at(k)));
   }
   return elastic_energy(view.law, view.batch.stiffness.at(k), view.batch.overlap.at(k));
 }
@@ -51,18 +53,17 @@ struct StepWatch {
   template <int D>
   void look_for_peaks(const BatchView<D>& view) {
     for (int k = 0; k < view.batch.count; ++k) {
-      const ContactGroup& group = view.list.groups[view.batch.group[k]];
+      const int first = view.batch.first_body[k], second = view.batch.second_body[k];
       const double force = view.batch.normal_force.at(k);
-      double& of_first = peaks->of_body[group.first];
-      double& of_second =
-          view.with_walls ? peaks->of_wall[group.second] : peaks->of_body[group.second];
+      double& of_first = peaks->of_body[first];
+      double& of_second = view.with_walls ? peaks->of_wall[second] : peaks->of_body[second];
       of_first = std::max(of_first, force);
       of_second = std::max(of_second, force);
       if (force <= peaks->normal_force) continue;
       peaks->normal_force = force;
       peaks->time = time;
-      peaks->first = group.first;
-      peaks->second = group.second;
+      peaks->first = first;
+      peaks->second = second;
       peaks->with_wall = view.with_walls;
     }
   }
@@ -110,21 +111,20 @@ struct ContactRecorder {
   }
   ContactReport report_of(const BatchView<D>& view, int k) const {
     const ContactBatch<D>& batch = view.batch;
-    const ContactGroup& group = view.list.groups[batch.group[k]];
     const int candidate = batch.candidate[k];
     ContactReport report;
-    report.first = group.first;
-    report.second = group.second;
+    report.first = batch.first_body[k];
+    report.second = batch.second_body[k];
     report.with_wall = view.with_walls;
-    report.first_sphere = view.list.first_sphere[candidate] - bodies.first_sphere[group.first];
+    report.first_sphere = view.list.first_sphere[candidate] - bodies.first_sphere[report.first];
     if (!view.with_walls) {
-      report.second_sphere = view.list.second_sphere[candidate] - bodies.first_sphere[group.second];
+      report.second_sphere = view.list.second[candidate] - bodies.first_sphere[report.second];
     }
     const auto normal = batch.normal.at(k);
     report.overlap = batch.overlap.at(k);
     report.normal = to_space(to_eigen(normal));
-    const auto lever = batch.arm.at(k) + (batch.radius.at(k) - 0.5 * report.overlap) * normal;
-    report.point = to_space(to_eigen(bodies.motion[group.first].position + lever), bodies.layer);
+    const auto point = batch.first.position.at(k) + lever_of(batch, k);
+    report.point = to_space(to_eigen(point), bodies.layer);
     report.normal_force = batch.normal_force.at(k);
     report.tangential_force = to_space(to_eigen(as_vector(batch.tangential_force.at(k), normal)));
     report.slides = batch.slides.at(k) != 0.0;
@@ -189,8 +189,8 @@ void pass_body(Bodies<D>& bodies, int i, Pass& one) {
   pass(motion.velocity_now, one);
   pass(motion.spin, one);
   pass(motion.spin_now, one);
-  pass_row(bodies.acceleration, i, one);
-  pass_row(bodies.angular_acceleration, i, one);
+  pass(bodies.acceleration(i), one);
+  pass(bodies.angular_acceleration(i), one);
   if constexpr (D == 2) {
     one(bodies.turns.angle[i]);
     pass_row(bodies.turns.direction, i, one);
@@ -200,30 +200,28 @@ void pass_body(Bodies<D>& bodies, int i, Pass& one) {
     one(bodies.turns.world_from_body.y[i]);
     one(bodies.turns.world_from_body.z[i]);
     pass_row(bodies.turns.spin_in_body, i, one);
+    auto& last = bodies.turns.last_angular_acceleration;
+    if (!last.x.empty()) last.set(i, bodies.angular_acceleration(i));
   }
 }
 
 template <int D, class Pass>
-void pass_surface(WallSurface<D>& surface, Pass& one) {
-  for (Vec<D>* vector : {&surface.velocity, &surface.velocity_now, &surface.force}) {
-    auto value = plain(*vector);
+void pass_surface(WallSurfaces<D>& surfaces, std::size_t wall, Pass& one) {
+  BodyMotion<D>& motion = surfaces.motion[wall];
+  const auto pass_eigen = [&one](auto& number) {
+    auto value = plain(number);
     pass(value, one);
-    *vector = to_eigen(value);
-  }
-  for (auto* spin : {&surface.spin, &surface.spin_now, &surface.torque}) {
-    auto value = plain(*spin);
-    pass(value, one);
-    *spin = to_eigen(value);
-  }
-  double turns = surface.turns ? 1.0 : 0.0;
+    number = to_eigen(value);
+  };
+  pass(motion.velocity, one);
+  pass(motion.velocity_now, one);
+  pass_eigen(surfaces.load[wall].force);
+  pass(motion.spin, one);
+  pass(motion.spin_now, one);
+  pass_eigen(surfaces.load[wall].torque);
+  double turns = surfaces.turns[wall] != 0 ? 1.0 : 0.0;
   one(turns);
-  surface.turns = turns != 0.0;
-}
-
-// The second of a candidate: a sphere, or with walls the wall of its group.
-template <int D>
-std::int64_t second_of(const ContactList<D>& list, int candidate, bool with_walls) {
-  return with_walls ? list.groups[list.group_of[candidate]].second : list.second_sphere[candidate];
+  surfaces.turns[wall] = turns != 0.0;
 }
 
 inline void tangent_to(double tangent, double (&numbers)[3]) { numbers[0] = tangent; }
@@ -238,11 +236,11 @@ inline void tangent_from(const double (&numbers)[3], SpatialVector& tangent) {
 }
 
 template <int D>
-void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<KeptContact>& kept) {
+void keep_touching(const ContactList<D>& list, std::vector<KeptContact>& kept) {
   for (int c = 0; c < list.count(); ++c) {
     if (!list.is_touching[c]) continue;
     KeptContact contact{.first_sphere = list.first_sphere[c],
-                        .second = second_of(list, c, with_walls),
+                        .second = list.second[c],
                         .state = list.is_touching[c]};
     tangent_to(list.spring[c], contact.spring);
     if (list.remembers()) {
@@ -254,17 +252,16 @@ void keep_touching(const ContactList<D>& list, bool with_walls, std::vector<Kept
   }
 }
 
-// Both are in the order of the candidates.
+// Both are in the order of the candidates. `next` is the first that is not put back yet.
 template <int D>
-void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList<D>& list) {
-  std::size_t next = 0;
+void put_back(const std::vector<KeptContact>& kept, std::size_t& next, ContactList<D>& list) {
   for (int c = 0; c < list.count(); ++c) {
     list.is_touching[c] = 0;
     if (next == kept.size() || kept[next].first_sphere != list.first_sphere[c] ||
-        kept[next].second != second_of(list, c, with_walls)) {
+        kept[next].second != list.second[c]) {
       continue;
     }
-    list.is_touching[c] = static_cast<int>(kept[next].state);
+    list.is_touching[c] = static_cast<short>(kept[next].state);
     tangent_from(kept[next].spring, list.spring[c]);
     if (list.remembers()) {
       list.memory[c].elastic_force = kept[next].elastic_force;
@@ -273,6 +270,11 @@ void put_back(const std::vector<KeptContact>& kept, bool with_walls, ContactList
     }
     ++next;
   }
+}
+template <int D>
+void put_back(const std::vector<KeptContact>& kept, std::vector<ContactList<D>>& lists) {
+  std::size_t next = 0;
+  for (ContactList<D>& list : lists) put_back(kept, next, list);
   if (next != kept.size()) {
     throw std::invalid_argument("snapshot: has a contact between spheres that are not near");
   }
@@ -306,6 +308,9 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
   skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
   limit_.move = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
+  for (std::size_t w = 0; w < scene.walls.size(); ++w) {
+    wall_surfaces_.material[w] = scene.walls[w].material;
+  }
   team_ = std::make_unique<Team>(options.threads);
   for (int worker = 0; worker < options.threads; ++worker) {
     batches_.push_back(std::make_unique<ContactBatch<D>>());
@@ -315,7 +320,7 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
     slabs_[slab].end = std::min((slab + 1) * kBodiesInSlab, bodies_.count());
     slabs_[slab].walls.resize(scene.walls.size());
   }
-  use_pairs(scene, options);
+  if (slab_count() > 1) bodies_.load_from_before.resize(bodies_.count());
   if (earlier != nullptr) {
     walls_at_rest_ = earlier->walls_at_rest_;
     between_ = earlier->between_;
@@ -328,16 +333,26 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
     tangential_work_ = earlier->tangential_work_;
     wall_work_ = earlier->wall_work_;
   }
+  between_.resize(slab_count());
+  with_walls_.resize(slab_count());
+  use_pairs(scene, options);
   clear_peaks();
   list_moving_walls();
   move_walls_to(time_);
-  find_contacts();
   factors_ = step_factors(choose_time_step(scene, options.time_step), global_damping_);
+}
+
+template <int D>
+void Engine<D>::begin() {
+  find_contacts();
   start();
-  if (earlier == nullptr && overlap_trouble_.found) {
-    throw std::invalid_argument("Scene: " + describe_overlap() +
-                                "; bodies must start apart, such a contact would throw them off");
-  }
+}
+
+template <int D>
+void Engine<D>::refuse_overlap() const {
+  if (!overlap_trouble_.found) return;
+  throw std::invalid_argument("Scene: " + describe_overlap() +
+                              "; bodies must start apart, such a contact would throw them off");
 }
 
 template <int D>
@@ -375,8 +390,9 @@ void Engine<D>::choose_law() {
     if (pair.static_friction > pair.friction) law_.has_static_friction = true;
     if (pair.rolling_friction > 0.0) law_.has_rolling_friction = true;
   }
-  between_.remember(law_.needs_memory());
-  with_walls_.remember(law_.needs_memory());
+  for (auto* lists : {&between_, &with_walls_}) {
+    for (ContactList<D>& list : *lists) list.remember(law_.needs_memory());
+  }
 }
 
 // Accelerations at the start, so that the first half-step velocities are v(-1/2) = v0 - a0 dt/2
@@ -392,25 +408,16 @@ void Engine<D>::start() {
 template <int D>
 template <class Law, class Observer>
 void Engine<D>::add_forces_of_slab(const Law& law, int slab, int worker, Observer& observe) {
-  const ForceSetting setting{&pairs_, slip_time_, options_.largest_overlap};
+  const ForceSetting setting{&pairs_, material_count_, slip_time_, options_.largest_overlap};
   ContactBatch<D>& batch = *batches_[worker];
   SlabLoads<D>& loads = slabs_[slab];
   if constexpr (Observer::commits) {
     const int begin = slab * kBodiesInSlab;
     std::fill(bodies_.load.begin() + begin, bodies_.load.begin() + loads.end, Load<D>{});
   }
-  add_pair_forces<D>(
-      law, setting, between_.ranges_of(slab), between_, bodies_, batch, loads, observe);
-  add_wall_forces<D>(law,
-                     setting,
-                     with_walls_.ranges_of(slab),
-                     walls_,
-                     wall_surfaces_,
-                     with_walls_,
-                     bodies_,
-                     batch,
-                     loads,
-                     observe);
+  add_pair_forces<D>(law, setting, between_[slab], bodies_, batch, loads, observe);
+  add_wall_forces<D>(
+      law, setting, walls_, wall_surfaces_, with_walls_[slab], bodies_, batch, loads, observe);
 }
 
 // Observers look at one batch after the other.
@@ -418,7 +425,7 @@ template <int D>
 template <class Law, class Observer>
 void Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
   if constexpr (std::is_same_v<Observer, StepOnly>) {
-    if (slab_count() > 1 && team_->workers() > 1) {
+    if (shares_slabs()) {
       team_->run(slab_count(),
                  [&](int worker, int slab) { add_forces_of_slab(law, slab, worker, observe); });
       return;
@@ -430,10 +437,14 @@ void Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
 template <int D>
 template <class Observer>
 void Engine<D>::begin_slabs() {
-  if constexpr (Observer::commits) clear_wall_forces();
+  if constexpr (Observer::commits) {
+    clear_wall_forces();
+    std::fill(bodies_.load_from_before.begin(), bodies_.load_from_before.end(), Load<D>{});
+  }
   for (SlabLoads<D>& slab : slabs_) {
     slab.contact_count = 0;
     slab.deferred.clear();
+    slab.puts_off = std::is_same_v<Observer, StepOnly> && shares_slabs();
     if constexpr (Observer::commits) {
       for (const int w : loaded_walls_) slab.walls[w] = {};
     }
@@ -451,14 +462,16 @@ void Engine<D>::sum_slabs() {
     if constexpr (!Observer::commits) continue;
     contact_steps_ += slab.contact_count;
     for (const DeferredLoad<D>& deferred : slab.deferred) {
-      Load<D>& load = bodies_.load[deferred.body];
-      load.force = load.force + deferred.load.force;
-      load.torque = load.torque + deferred.load.torque;
+      add(deferred.load, bodies_.load_from_before[deferred.body]);
     }
     for (const int w : loaded_walls_) {
-      wall_surfaces_[w].force += slab.walls[w].force;
-      wall_surfaces_[w].torque += slab.walls[w].torque;
+      wall_surfaces_.load[w].force += slab.walls[w].force;
+      wall_surfaces_.load[w].torque += slab.walls[w].torque;
     }
+  }
+  if constexpr (!Observer::commits) return;
+  for (std::size_t i = 0; i < bodies_.load_from_before.size(); ++i) {
+    add(bodies_.load_from_before[i], bodies_.load[i]);
   }
 }
 
@@ -510,9 +523,10 @@ void Engine<D>::add_watched_forces() {
   damping_loss_ += watch.damping_loss;
   tangential_work_ += watch.tangential_work;
   for (const int w : moving_walls_) {
-    const WallSurface<D>& wall = wall_surfaces_[w];
-    const double power =
-        wall.force.dot(wall.velocity_now) + product_of(plain(wall.torque), plain(wall.spin_now));
+    const WallLoad<D>& load = wall_surfaces_.load[w];
+    const BodyMotion<D>& motion = wall_surfaces_.motion[w];
+    const double power = dot(plain(load.force), motion.velocity_now) +
+                         product_of(plain(load.torque), motion.spin_now);
     wall_work_ -= power * factors_.time_step;
   }
 }
@@ -522,7 +536,7 @@ void Engine<D>::clear_peaks() {
   peaks_ = {};
   if (!options_.keep_peaks) return;
   peaks_.of_body.assign(bodies_.count(), 0.0);
-  peaks_.of_wall.assign(wall_surfaces_.size(), 0.0);
+  peaks_.of_wall.assign(walls_at_rest_.size(), 0.0);
 }
 
 template <int D>
@@ -552,7 +566,7 @@ std::string Engine<D>::describe_move() const {
     const Speeds speeds = next_speeds(factors_, bodies_, i);
     const double turn = speeds.angular * factors_.time_step;
     const double move =
-        speeds.linear * factors_.time_step + turn * std::sqrt(bodies_.reach_squared[i]);
+        speeds.linear * factors_.time_step + turn * bodies_.kind_of(i).bounding_radius;
     const std::string body = "body " + std::to_string(i);
     const std::string at = ", at " + number(time_) + " s";
     if (!(move <= limit_.move)) {
@@ -594,12 +608,13 @@ void Engine<D>::list_moving_walls() {
 template <int D>
 void Engine<D>::clear_wall_forces() {
   for (const int w : loaded_walls_) {
-    wall_surfaces_[w].force.setZero();
-    wall_surfaces_[w].torque = Motion<D>::no_spin();
+    wall_surfaces_.load[w] = {};
   }
   if (!loaded_walls_are_old_) return;
   loaded_walls_.clear();
-  for (const ContactGroup& group : with_walls_.groups) loaded_walls_.push_back(group.second);
+  for (const ContactList<D>& list : with_walls_) {
+    loaded_walls_.insert(loaded_walls_.end(), list.second.begin(), list.second.end());
+  }
   std::sort(loaded_walls_.begin(), loaded_walls_.end());
   loaded_walls_.erase(std::unique(loaded_walls_.begin(), loaded_walls_.end()), loaded_walls_.end());
   loaded_walls_are_old_ = false;
@@ -609,28 +624,30 @@ template <int D>
 void Engine<D>::set_surface(int wall, double middle, double time) {
   const Twist before = surface_twist(walls_at_rest_[wall], middle);
   const Twist now = surface_twist(walls_at_rest_[wall], time);
-  WallSurface<D>& surface = wall_surfaces_[wall];
-  surface.velocity = to_motion<D>(before.velocity);
-  surface.velocity_now = to_motion<D>(now.velocity);
-  surface.spin = to_spin<D>(before.spin);
-  surface.spin_now = to_spin<D>(now.spin);
-  surface.turns = !before.spin.isZero(0.0) || !now.spin.isZero(0.0);
+  BodyMotion<D>& motion = wall_surfaces_.motion[wall];
+  motion.velocity = plain(to_motion<D>(before.velocity));
+  motion.velocity_now = plain(to_motion<D>(now.velocity));
+  motion.spin = plain(to_spin<D>(before.spin));
+  motion.spin_now = plain(to_spin<D>(now.spin));
+  wall_surfaces_.turns[wall] = !before.spin.isZero(0.0) || !now.spin.isZero(0.0);
 }
 
 template <int D>
 double Engine<D>::largest_displacement() const {
   double largest = 0.0;
   for (int i = 0; i < bodies_.count(); ++i) {
-    // The chord of a turn by phi at distance r is 2 r sin(phi/2)
+    // The chord of a turn by phi at distance r is 2 r sin(phi/2); a ball does not change by turning
     double chord = 0.0;
-    if constexpr (D == 2) {
+    if (bodies_.are_balls) {
+      chord = 0.0;
+    } else if constexpr (D == 2) {
       chord = length_of_vector(bodies_.turns.direction.at(i) - searched_turns_.at(i));
     } else {
       const double cosine = product_of(bodies_.turns.world_from_body.at(i), searched_turns_.at(i));
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
     const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
-    largest = std::max(largest, path + chord * bodies_.bounding_radius[i]);
+    largest = std::max(largest, path + chord * bodies_.kind_of(i).bounding_radius);
   }
   return largest;
 }
@@ -667,10 +684,10 @@ void Engine<D>::narrow_skin() {
 
 template <int D>
 void Engine<D>::find_contacts() {
-  search_.find(bodies_, walls_, pairs_, material_count_, skin_, between_, with_walls_);
+  search_.find(bodies_, walls_, skin_, between_, with_walls_);
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
-  searched_turns_ = orientations_of(bodies_.turns);
+  if (!bodies_.are_balls) searched_turns_ = orientations_of(bodies_.turns);
   loaded_walls_are_old_ = true;
   travel_ = 0.0;
   wall_travel_ = 0.0;
@@ -736,10 +753,10 @@ Energy Engine<D>::energy() {
   Energy energy;
   energy.elastic = springs.normal + springs.tangential;
   for (int i = 0; i < bodies_.count(); ++i) {
-    const double mass = bodies_.mass[i];
+    const double mass = bodies_.kind_of(i).mass;
     const BodyMotion<D>& motion = bodies_.motion[i];
     energy.kinetic += 0.5 * mass * dot(motion.velocity_now, motion.velocity_now);
-    const auto inertia = bodies_.inertia.at(i);
+    const auto inertia = bodies_.kind_of(i).inertia;
     if constexpr (D == 2) {
       energy.kinetic += 0.5 * inertia * motion.spin_now * motion.spin_now;
     } else {
@@ -779,14 +796,16 @@ std::uint64_t Engine<D>::state_hash() const {
       hash.add(bodies_.turns.spin_in_body.at(i));
     }
   }
-  for (const ContactList<D>* list : {&between_, &with_walls_}) {
-    for (int c = 0; c < list->count(); ++c) {
-      if (!list->is_touching[c]) continue;
-      hash.add(list->spring[c]);
-      if (!list->remembers()) continue;
-      hash.add(list->memory[c].elastic_force);
-      hash.add(list->memory[c].stiffness);
-      hash.add(list->memory[c].rolled);
+  for (const auto* lists : {&between_, &with_walls_}) {
+    for (const ContactList<D>& list : *lists) {
+      for (int c = 0; c < list.count(); ++c) {
+        if (!list.is_touching[c]) continue;
+        hash.add(list.spring[c]);
+        if (!list.remembers()) continue;
+        hash.add(list.memory[c].elastic_force);
+        hash.add(list.memory[c].stiffness);
+        hash.add(list.memory[c].rolled);
+      }
     }
   }
   return hash.value;
@@ -797,7 +816,7 @@ void Engine<D>::save(Snapshot& snapshot) const {
   using namespace engine_detail;
   snapshot.dimensions = D;
   snapshot.body_count = bodies_.count();
-  snapshot.sphere_count = static_cast<std::int64_t>(bodies_.sphere_radius.size());
+  snapshot.sphere_count = bodies_.sphere_count();
   snapshot.time = time_;
   snapshot.time_step = factors_.time_step;
   snapshot.slip_time = slip_time_;
@@ -812,9 +831,11 @@ void Engine<D>::save(Snapshot& snapshot) const {
   Bodies<D> bodies = bodies_;
   for (int i = 0; i < bodies.count(); ++i) pass_body(bodies, i, body_numbers);
   NumberWriter surface_numbers{snapshot.wall_surfaces};
-  for (WallSurface<D> surface : wall_surfaces_) pass_surface(surface, surface_numbers);
-  keep_touching(between_, false, snapshot.between_bodies);
-  keep_touching(with_walls_, true, snapshot.with_walls);
+  WallSurfaces<D> surfaces = wall_surfaces_;
+  for (std::size_t w = 0; w < walls_at_rest_.size(); ++w)
+    pass_surface(surfaces, w, surface_numbers);
+  for (const ContactList<D>& list : between_) keep_touching(list, snapshot.between_bodies);
+  for (const ContactList<D>& list : with_walls_) keep_touching(list, snapshot.with_walls);
 }
 
 template <int D>
@@ -824,7 +845,7 @@ void Engine<D>::restore(const Snapshot& snapshot) {
   const std::int64_t walls = size(walls_at_rest_);
   require_same(snapshot.dimensions, D, "dimensions");
   require_same(snapshot.body_count, bodies_.count(), "bodies");
-  require_same(snapshot.sphere_count, size(bodies_.sphere_radius), "spheres");
+  require_same(snapshot.sphere_count, bodies_.sphere_count(), "spheres");
   require_same(size(snapshot.walls), walls, "walls");
   require_same(size(snapshot.pairs), size(pairs_), "pairs of materials");
   require_same(size(snapshot.bodies), bodies_.count() * numbers_per_body(D), "numbers of bodies");
@@ -851,13 +872,15 @@ void Engine<D>::restore(const Snapshot& snapshot) {
     place_spheres(bodies_, i);
   }
   NumberReader surface_numbers{snapshot.wall_surfaces.data()};
-  for (WallSurface<D>& surface : wall_surfaces_) pass_surface(surface, surface_numbers);
+  for (std::size_t w = 0; w < walls_at_rest_.size(); ++w) {
+    pass_surface(wall_surfaces_, w, surface_numbers);
+  }
   overlap_trouble_ = {};
   for (SlabLoads<D>& slab : slabs_) slab.trouble = {};
   trouble_.clear();
   find_contacts();
-  put_back(snapshot.between_bodies, false, between_);
-  put_back(snapshot.with_walls, true, with_walls_);
+  put_back(snapshot.between_bodies, between_);
+  put_back(snapshot.with_walls, with_walls_);
 }
 
 template <int D>

@@ -32,16 +32,16 @@ struct Grid {
 
 // Cells at least as wide as the farthest apart two neighbours can be.
 template <int D>
-Grid<D> make_grid(std::span<const Vec<D>> centres, double smallest_edge) {
-  Vec<D> low = centres.front(), high = centres.front();
-  for (const Vec<D>& centre : centres) {
-    low = low.cwiseMin(centre);
-    high = high.cwiseMax(centre);
+Grid<D> make_grid(const PointView<D>& centres, double smallest_edge) {
+  Vec<D> low = centres[0], high = centres[0];
+  for (std::size_t i = 1; i < centres.count; ++i) {
+    low = low.cwiseMin(centres[i]);
+    high = high.cwiseMax(centres[i]);
   }
   Grid<D> grid;
   grid.origin = low;
   grid.edge = smallest_edge;
-  const double most = kMostCellsPerBody * static_cast<double>(centres.size()) + 64.0;
+  const double most = kMostCellsPerBody * static_cast<double>(centres.count) + 64.0;
   const auto cells_at = [&](double edge) {
     double count = 1.0;
     for (int axis = 0; axis < D; ++axis) count *= std::floor((high[axis] - low[axis]) / edge) + 1.0;
@@ -57,16 +57,16 @@ Grid<D> make_grid(std::span<const Vec<D>> centres, double smallest_edge) {
 }  // namespace
 
 template <int D>
-void visit_near_pairs(std::span<const Vec<D>> centres,
-                      std::span<const double> radii,
+void visit_near_pairs(const PointView<D>& centres,
+                      const RadiusView& radii,
                       double margin,
                       CellList& cells,
                       const std::function<void(std::span<const IndexPair>)>& visit) {
-  const int count = static_cast<int>(centres.size());
+  const int count = static_cast<int>(centres.count);
   if (count < 2) return;
 
   // 1. Bodies into cells, in the order of their indices
-  const double largest = *std::max_element(radii.begin(), radii.end());
+  const double largest = *std::max_element(radii.radii.begin(), radii.radii.end());
   const Grid<D> grid = make_grid<D>(centres, 2.0 * largest + margin);
   const int cell_count = grid.size[0] * grid.size[1] * grid.size[2];
   cells.cell_of_body.resize(count);
@@ -122,18 +122,21 @@ void find_near_pairs(std::span<const Vec<D>> centres,
                      CellList& cells,
                      std::vector<IndexPair>& pairs) {
   pairs.clear();
-  visit_near_pairs<D>(centres, radii, margin, cells, [&](std::span<const IndexPair> of_body) {
-    pairs.insert(pairs.end(), of_body.begin(), of_body.end());
-  });
+  if (centres.empty()) return;
+  const PointView<D> view{centres.front().data(), D, centres.size()};
+  visit_near_pairs<D>(
+      view, RadiusView{radii}, margin, cells, [&](std::span<const IndexPair> of_body) {
+        pairs.insert(pairs.end(), of_body.begin(), of_body.end());
+      });
 }
 
-template void visit_near_pairs<2>(std::span<const Vec<2>>,
-                                  std::span<const double>,
+template void visit_near_pairs<2>(const PointView<2>&,
+                                  const RadiusView&,
                                   double,
                                   CellList&,
                                   const std::function<void(std::span<const IndexPair>)>&);
-template void visit_near_pairs<3>(std::span<const Vec<3>>,
-                                  std::span<const double>,
+template void visit_near_pairs<3>(const PointView<3>&,
+                                  const RadiusView&,
                                   double,
                                   CellList&,
                                   const std::function<void(std::span<const IndexPair>)>&);

@@ -2,6 +2,7 @@
 // bodies.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
@@ -23,11 +24,27 @@ struct CellList {
   std::vector<IndexPair> pairs_of_body;
 };
 
+// Points that lie `stride` numbers apart, as members of longer records.
+template <int D>
+struct PointView {
+  const double* first;
+  std::size_t stride;
+  std::size_t count;
+  Vec<D> operator[](std::size_t i) const { return Vec<D>(first + i * stride); }
+};
+
+// Radii of bodies, each of which is of a kind; without kinds each has its own.
+struct RadiusView {
+  std::span<const double> radii;
+  const int* kind = nullptr;
+  double operator[](std::size_t i) const { return radii[kind != nullptr ? kind[i] : i]; }
+};
+
 // Shows all pairs whose bounding spheres are less than `margin` (m) apart, body after body: those
 // of which it is the first, sorted by the second.
 template <int D>
-void visit_near_pairs(std::span<const Vec<D>> centres,
-                      std::span<const double> radii,
+void visit_near_pairs(const PointView<D>& centres,
+                      const RadiusView& radii,
                       double margin,
                       CellList& cells,
                       const std::function<void(std::span<const IndexPair>)>& visit);

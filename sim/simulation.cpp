@@ -65,7 +65,7 @@ double longest_step_of(const Scene& scene, const SimulationOptions& options) {
 }  // namespace
 
 struct Simulation::Engines {
-  Scene scene;
+  Scene scene;  // without its bodies, which the engine has
   SimulationOptions options;
   double longest_step;
   std::variant<Engine<2>, Engine<3>> engine;
@@ -77,11 +77,22 @@ struct Simulation::Engines {
         longest_step(longest_step_of(scene, chosen)),
         engine(scene.planar
                    ? std::variant<Engine<2>, Engine<3>>(std::in_place_index<0>, scene, chosen)
-                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {}
+                   : std::variant<Engine<2>, Engine<3>>(std::in_place_index<1>, scene, chosen)) {
+    scene.bodies = std::vector<Body>();
+    const auto begin = [](auto& begun) {
+      begun.begin();
+      begun.refuse_overlap();
+    };
+    std::visit(begin, engine);
+  }
 
   template <class Function>
   decltype(auto) visit(Function function) {
     return std::visit(function, engine);
+  }
+  // Indices into the types of the scene.
+  const std::vector<int>& types_of_bodies() {
+    return visit([](const auto& e) -> const std::vector<int>& { return e.bodies().kind; });
   }
   const State& refreshed_state() {
     visit([this](const auto& e) {
@@ -195,7 +206,7 @@ void Simulation::set_global_damping(double per_second) {
 void Simulation::set_time_step(const TimeStepOptions& options) {
   SimulationOptions changed = engines_->options;
   changed.time_step = options;
-  engines_->longest_step = longest_step_of(engines_->scene, changed);
+  engines_->longest_step = longest_step_of(scene_now(), changed);
   engines_->options.time_step = options;
 }
 
@@ -213,23 +224,22 @@ void Simulation::open_wall(int wall, double time) {
 
 void Simulation::add_bodies(const std::vector<Body>& bodies) {
   Engines& all = *engines_;
-  std::vector<Body> together = scene_now().bodies;
-  together.insert(together.end(), bodies.begin(), bodies.end());
   Scene next = all.scene;
-  next.bodies = std::move(together);
+  next.bodies = scene_now().bodies;
+  next.bodies.insert(next.bodies.end(), bodies.begin(), bodies.end());
   check(next);
-  all.scene = std::move(next);
-  all.longest_step = longest_step_of(all.scene, all.options);
-  all.visit([&all](auto& engine) {
-    std::decay_t<decltype(engine)> grown(all.scene, all.options, &engine);
+  all.longest_step = longest_step_of(next, all.options);
+  all.visit([&](auto& engine) {
+    std::decay_t<decltype(engine)> grown(next, all.options, &engine);
+    grown.begin();
     engine = std::move(grown);
   });
 }
 
 void Simulation::remove_bodies(const std::vector<int>& indices) {
   Engines& all = *engines_;
-  const auto count = static_cast<int>(all.scene.bodies.size());
-  std::vector<char> gone(all.scene.bodies.size(), 0);
+  const auto count = static_cast<int>(all.types_of_bodies().size());
+  std::vector<char> gone(all.types_of_bodies().size(), 0);
   for (const int i : indices) {
     if (i < 0 || i >= count) {
       throw std::invalid_argument("remove_bodies: there is no body " + std::to_string(i));
@@ -240,26 +250,23 @@ void Simulation::remove_bodies(const std::vector<int>& indices) {
     throw std::invalid_argument("remove_bodies: at least one body must stay");
   }
   std::vector<std::int64_t> first_sphere = {0};
-  for (const Body& body : all.scene.bodies) {
-    const std::size_t spheres = all.scene.types[static_cast<std::size_t>(body.type)].spheres.size();
+  for (const int type : all.types_of_bodies()) {
+    const std::size_t spheres = all.scene.types[static_cast<std::size_t>(type)].spheres.size();
     first_sphere.push_back(first_sphere.back() + static_cast<std::int64_t>(spheres));
   }
   const Snapshot left = without_bodies(save(), gone, first_sphere);
-  const auto without_gone = [&gone](const std::vector<Body>& bodies) {
-    std::vector<Body> stay;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      if (gone[i] == 0) stay.push_back(bodies[i]);
-    }
-    return stay;
-  };
   // The new engine begins among walls that stand where they are now; the snapshot then gives it
   // their motion, and the state of every contact.
   Scene start = all.scene;
-  start.bodies = without_gone(scene_now().bodies);
-  all.scene.bodies = without_gone(all.scene.bodies);
+  const std::vector<Body> before = scene_now().bodies;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (gone[i] == 0) start.bodies.push_back(before[i]);
+  }
   all.visit([&](auto& engine) {
     start.walls = engine.walls_now();
     std::decay_t<decltype(engine)> smaller(start, all.options);
+    smaller.begin();
+    smaller.refuse_overlap();
     smaller.restore(left);
     engine = std::move(smaller);
   });
@@ -301,8 +308,11 @@ Vec3 Simulation::wall_force(int wall) const {
 Scene Simulation::scene_now() const {
   Scene scene = engines_->scene;
   const State& now = engines_->refreshed_state();
+  const std::vector<int>& types = engines_->types_of_bodies();
+  scene.bodies.resize(types.size());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     Body& body = scene.bodies[i];
+    body.type = types[i];
     body.position = now.position[i];
     body.orientation = now.orientation[i];
     body.velocity = now.velocity[i];

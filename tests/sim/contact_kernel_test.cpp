@@ -31,31 +31,45 @@ void fill(std::mt19937_64& random, BatchVectors<3>& column, int rows, double low
   }
 }
 
+template <int D>
+void measure_groups(ContactBatch<D>& batch) {
+  batch.longest_group = 1;
+  for (int k = 1, length = 1; k < batch.count; ++k) {
+    length = batch.group.at(k) == batch.group.at(k - 1) ? length + 1 : 1;
+    batch.longest_group = std::max(batch.longest_group, length);
+  }
+}
+
 // Contacts of balls of some 1 cm; a quarter of them slide.
 template <int D>
 ContactBatch<D> random_batch(int rows, std::mt19937_64& random) {
   ContactBatch<D> batch{};
   batch.count = rows;
   for (int k = 0; k < rows; ++k) {
-    batch.group[k] = k > 0 && random() % 3 == 0 ? batch.group[k - 1] : k;
+    batch.group.set(k, k > 0 && random() % 3 == 0 ? batch.group.at(k - 1) : k);
     batch.pair[k] = static_cast<int>(random() % 2);
   }
-  fill(random, batch.apart, rows, 0.005, 0.012);
-  fill(random, batch.stiffness_factor, rows, 1e8, 3e8);
-  fill(random, batch.offset, rows, -0.03, 0.03);
-  fill(random, batch.arm, rows, -0.01, 0.01);
+  // Rows that fill up the last vector belong to no group
+  for (int k = rows; k < whole_rows(rows); ++k) batch.group.set(k, -2.0);
+  measure_groups(batch);
+  fill(random, batch.first_sphere, rows, -0.001, 0.0);
+  fill(random, batch.second_sphere, rows, 0.005, 0.01);
   fill(random, batch.radius, rows, 0.008, 0.012);
-  for (auto* motion : {&batch.moved, &batch.moving}) {
-    fill(random, motion->at_centre, rows, -0.1, 0.1);
+  for (auto* motion : {&batch.first, &batch.second}) {
+    const double side = motion == &batch.first ? -1.0 : 1.0;
+    fill(random, motion->position, rows, 0.01 * side - 0.005, 0.01 * side + 0.005);
+    fill(random, motion->velocity, rows, -0.1, 0.1);
+    fill(random, motion->velocity_now, rows, -0.1, 0.1);
     fill(random, motion->spin, rows, -3.0, 3.0);
+    fill(random, motion->spin_now, rows, -3.0, 3.0);
   }
   fill(random, batch.slip_time, rows, 4e-6, 9e-6);
-  fill(random, batch.reduced_mass, rows, 0.01, 0.02);
+  fill(random, batch.inverse_mass, rows, 50.0, 100.0);
   fill(random, batch.spring, rows, -1e-6, 1e-6);
   for (int k = 0; k < rows; ++k) {
-    const auto apart = batch.apart.at(k);
-    batch.distance_squared.set(k, dot(apart, apart));
-    batch.reach.set(k, std::sqrt(dot(apart, apart)) + between(1e-9, 1e-5, random));
+    const auto apart = batch.second_sphere.at(k) - batch.first_sphere.at(k);
+    const double reach = std::sqrt(dot(apart, apart)) + between(1e-9, 1e-5, random);
+    batch.second_radius.set(k, reach - batch.radius.at(k));
   }
   return batch;
 }
@@ -81,7 +95,9 @@ template <int D>
 void default_law_equals_the_same_law_chosen_at_run_time(int rows, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   ContactBatch<D> fast = random_batch<D>(rows, random);
-  find_geometry(fast);
+  fast.is_of_one_pair = seed % 2 == 0;
+  if (fast.is_of_one_pair) fast.pair.fill(static_cast<int>(seed % 4 / 2));
+  find_geometry(kPairs, fast);
   sum_groups(fast);
   ContactBatch<D> plain = fast;
   apply_law(DefaultLaw{}, kPairs, fast);
@@ -109,16 +125,17 @@ RC_GTEST_PROP(ContactKernel, GroupSumsAreThoseOfThePlainLoop, ()) {
   std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
   ContactBatch<3> batch = random_batch<3>(rows, random);
   for (int k = 1; k < rows; ++k) {
-    batch.group[k] = random() % 20 < joined ? batch.group[k - 1] : k;
+    batch.group.set(k, random() % 20 < joined ? batch.group.at(k - 1) : k);
   }
-  find_geometry(batch);
+  measure_groups(batch);
+  find_geometry(kPairs, batch);
   sum_groups(batch);
   std::vector<double> counts(rows);
-  count_groups(rows, batch.group.data(), counts.data());
+  count_groups(rows, batch.group.value.data(), counts.data());
   for (int k = 0; k < rows; ++k) {
     double sum = 0.0, count = 0.0;
     for (int other = 0; other < rows; ++other) {
-      if (batch.group[other] != batch.group[k]) continue;
+      if (batch.group.at(other) != batch.group.at(k)) continue;
       sum += batch.stiffness.at(other);
       count += 1.0;
     }

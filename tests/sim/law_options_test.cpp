@@ -149,9 +149,9 @@ double work_of_cycle(TangentialSpring tangential) {
   batch->pair[0] = 0;
   batch->normal.set(0, {1.0, 0.0});
   batch->radius.set(0, kRadius);
-  batch->reduced_mass.set(0, 1.0);
+  batch->inverse_mass.set(0, 1.0);
   batch->contact_count.set(0, 1.0);
-  batch->stiffness_factor.set(0, 2.0 * pairs[0].normal_modulus * std::sqrt(0.5 * kRadius));
+  batch->reduced_radius.set(0, 0.5 * kRadius);
   batch->slip_time.set(0, 1.0);
   double work = 0.0;
   const auto go = [&](double from, double to, double slip) {
@@ -159,9 +159,9 @@ double work_of_cycle(TangentialSpring tangential) {
     for (int i = 0; i < kSteps; ++i) {
       const double overlap = from + (to - from) * (i + 0.5) / kSteps;
       batch->overlap.set(0, overlap);
-      batch->stiffness.set(0, hertz_stiffness(batch->stiffness_factor.at(0), overlap));
+      batch->stiffness.set(0, hertz_stiffness(pairs[0], 0.5 * kRadius, overlap));
       batch->sum_of_stiffness.set(0, batch->stiffness.at(0));
-      batch->moved.at_centre.set(0, {0.0, slip / kSteps});
+      batch->second.velocity.set(0, {0.0, slip / kSteps});
       apply_law(law, pairs, *batch);
       batch->was_touching[0] = kTouching;
       work += batch->tangential_force.at(0) * slip / kSteps;

@@ -47,13 +47,13 @@ TEST(Determinism, WatchingChangesNothing) {
 // Release, debug and sanitized builds all run this, so all of them give these bits. When results
 // change on purpose, bench_sim_state_hash prints the new ones.
 TEST(Determinism, EveryBuildGivesTheSameBits) {
-  const std::uint64_t expected[] = {0x6b745f2658674758,
-                                    0xe8e8661aabc82bdc,
-                                    0x640e06d3155d03b7,
-                                    0xc4e55e7fd78d7bb8,
-                                    0xdd30ec0dc9b8cafc,
-                                    0xbde0003d914d84cf,
-                                    0x015b639d4b703035};
+  const std::uint64_t expected[] = {0xb5000d6bd5570d4c,
+                                    0x63631b244b649c06,
+                                    0x37d7848ab1ecc3dd,
+                                    0x4404a08737e0b996,
+                                    0xcdeb741aa20f7db6,
+                                    0xb94aa40a52fcb308,
+                                    0xf316ccac7186129f};
   const std::vector<HashedRun> runs = hashed_runs();
   ASSERT_EQ(runs.size(), std::size(expected));
   for (std::size_t i = 0; i < runs.size(); ++i) {
