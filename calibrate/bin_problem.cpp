@@ -16,7 +16,7 @@ namespace graintruth::calibrate {
 
 namespace {
 
-constexpr const char* numbers_version = "1";  // see problem.cpp
+constexpr const char* numbers_version = "2";  // see problem.cpp
 // Where tracks state no error: far below any camera's, and enough for seeds to tell runs apart.
 constexpr datasets::Pose least_error{1.0e-5, 1.0e-5, 1.0e-4};
 constexpr double curve_frame_interval = 0.01;  // s; as finely as a film shows when particles leave

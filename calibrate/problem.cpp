@@ -17,7 +17,7 @@ constexpr double still_window = 0.2;  // s before the event in which nothing mov
 
 // Changes whenever the simulator or a measuring function gives other numbers for the same input, so
 // that a journal of an older program is never mixed with new runs.
-constexpr const char* numbers_version = "2";
+constexpr const char* numbers_version = "3";
 
 // The mean pose of each particle while it rests, as a one-frame trajectory.
 datasets::Trajectories resting_poses(const datasets::Trajectories& track) {

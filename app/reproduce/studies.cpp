@@ -13,7 +13,7 @@ namespace graintruth::app {
 namespace {
 
 // Raised when the same inputs give other numbers, so that stored ones are not taken for them.
-constexpr const char* numbers_version = "2";
+constexpr const char* numbers_version = "3";
 
 // Nothing where the file is absent, of other inputs, or cannot be read.
 nlohmann::ordered_json stored(const std::filesystem::path& file, const std::string& key) {
