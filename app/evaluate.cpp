@@ -25,12 +25,6 @@ Json head_of(const calibrate::ParameterSet& parameters, const calibrate::Evaluat
   return json;
 }
 
-calibrate::SimulationProgress progress_of(Session& session) {
-  return [&session](int done, int total, bool) {
-    session.progress().show("simulating", static_cast<double>(done) / total, "");
-  };
-}
-
 // The seeds of an evaluation of the search: with the time step of its result.json an evaluation
 // here is bit for bit one of the search.
 std::vector<std::uint64_t> seeds_of(const EvaluateCommand& command,
@@ -54,7 +48,7 @@ Json evaluate_tracks(const EvaluateCommand& command,
                                                   "evaluation",
                                                   {parameters, fraction},
                                                   seeds_of(command, {}),
-                                                  progress_of(session));
+                                                  session.simulation_progress());
   Json json = head_of(parameters, score.evaluation);
   json["agreement_percent"] = score.thesis.percent;
   json["agreement_percent_student_t"] = score.student.percent;
@@ -75,7 +69,7 @@ Json evaluate_flow(const EvaluateCommand& command,
           .value_or(calibrate::largest_time_step_fraction(problem))};
   const std::vector<std::uint64_t> seeds = seeds_of(command, calibrate::bin_options());
   const calibrate::Evaluation evaluation =
-      ensemble->evaluate("evaluation", {&point, 1}, seeds, progress_of(session)).front();
+      ensemble->evaluate("evaluation", {&point, 1}, seeds, session.simulation_progress()).front();
   const calibrate::BinComparison& films = *problem.calibrated;
   const calibrate::BinComparison::Shares shares = films.shares(evaluation.runs);
   Json json = head_of(parameters, evaluation);

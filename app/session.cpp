@@ -130,6 +130,12 @@ void Session::finish() {
   }
 }
 
+calibrate::SimulationProgress Session::simulation_progress() {
+  return [this](int done, int total, bool) {
+    progress_.show("simulating", static_cast<double>(done) / total, "");
+  };
+}
+
 double Session::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }

@@ -50,6 +50,8 @@ class Session {
   const datasets::RunFolder& folder() const { return folder_; }
   const TrackedFilms& films() const { return films_; }
   ProgressLine& progress() { return progress_; }
+  // Shows how many of a batch of simulations are done.
+  calibrate::SimulationProgress simulation_progress();
   RunRecord& record() { return record_; }
   int jobs() const { return record_.jobs; }
 

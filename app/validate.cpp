@@ -28,15 +28,13 @@ int validate_tracks(const ValidateCommand& command,
       calibrate::load_time_step_fraction(command.parameters)
           .value_or(calibrate::largest_time_step_fraction(session.experiment()));
   // 2. The score of the mean of fresh runs
-  result.score = calibrate::score(
-      problem,
-      *ensemble,
-      "validation",
-      {parameters, result.time_step_fraction},
-      calibrate::make_seeds(command.common.seed, "confirmation", command.runs),
-      [&](int done, int total, bool) {
-        session.progress().show("simulating", static_cast<double>(done) / total, "");
-      });
+  result.score =
+      calibrate::score(problem,
+                       *ensemble,
+                       "validation",
+                       {parameters, result.time_step_fraction},
+                       calibrate::make_seeds(command.common.seed, "confirmation", command.runs),
+                       session.simulation_progress());
   result.context = calibrate::score_context(problem, command.runs);
   session.record().simulations_run = ensemble->simulated();
   result.warnings = session.films().warnings;
@@ -78,12 +76,7 @@ void validate_flow(const ValidateCommand& command,
                                       *ensemble,
                                       {parameters, result.time_step_fraction},
                                       {.seed = command.common.seed, .runs = command.runs},
-                                      [&](double) {
-                                        return [&session](int done, int total, bool) {
-                                          session.progress().show(
-                                              "simulating", static_cast<double>(done) / total, "");
-                                        };
-                                      });
+                                      [&](double) { return session.simulation_progress(); });
   result.warnings = result.score.warnings;
   session.add_film_warnings(result.warnings);
   session.record().simulations_run = ensemble->simulated();

@@ -99,12 +99,15 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
                       phrase,
                       value_text(parameter)));
     } else if (status == "not_identified") {
-      others.push_back(fmt::format(
-          "The {} is not identified: the agreement hardly changes with it, so it is held at {} {} "
-          "and has no interval.",
-          phrase,
-          is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
-          value_text(parameter)));
+      const bool shows_alone =
+          number(parameter, {"objective_range"}) > number(parameter, {"objective_range_of_noise"});
+      others.push_back(
+          fmt::format("The {} is not identified: {}, so it is held at {} {} and has no interval.",
+                      phrase,
+                      shows_alone ? "for any of its values others can be found that fit as well"
+                                  : "the agreement hardly changes with it",
+                      is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
+                      value_text(parameter)));
     } else if (status == "fixed") {
       others.push_back(fmt::format("The {} was held at {}.", phrase, value_text(parameter)));
     }

@@ -27,7 +27,7 @@ count = {}
 mass_g = {}
 plate = {{semi_major_mm = 6.9, semi_minor_mm = 5.3, thickness_mm = 2.3}}
 [material]
-elastic_modulus_mpa = 50
+elastic_modulus_mpa = 20
 poisson_ratio = 0.3
 friction_particle_particle = 0.4
 friction_particle_wall = 0.4
@@ -56,7 +56,7 @@ inline void write_curves(const TemporaryFolder& folder) {
   for (const char* name : {"narrow1", "narrow2", "wide1", "wide2"}) {
     const double all = weighed_share * weighed_particles * weighed_particle_mass;
     std::string text = "Time (s),Mass (g)\n";
-    for (int reading = 0; reading <= 130; ++reading) {
+    for (int reading = 0; reading <= 105; ++reading) {
       const double time = 0.01 * reading;
       const double left = std::clamp((time - 0.55) * weighed_rate(name), 0.0, all);
       text += fmt::format("{:.2f},{:.4f}\n", time, 12.5 + 1e3 * left);
