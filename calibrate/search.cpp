@@ -295,12 +295,11 @@ void Search::test_itself() {
   if (space_.dimension() == 0) return;
   result_.self_test = self_test(ensemble_.comparison(), result_.evaluations);
   if (const auto& test = result_.self_test; test && 2 * test->found < test->truths) {
-    result_.warnings.push_back(fmt::format(
+    warn_early(fmt::format(
         "Self-test: of {} parameter sets taken for the truth only {} were told from the others by "
         "other seeds: what chance does to this rig hides what the parameters do.",
         test->truths,
         test->found));
-    if (options_.notice) options_.notice(result_.warnings.back());
   }
   check_reach();
 }
@@ -310,11 +309,16 @@ void Search::check_reach() {
   constexpr double worth_a_word = 0.1;
   result_.out_of_reach = share_out_of_reach(ensemble_.comparison(), result_.evaluations);
   if (!(result_.out_of_reach > worth_a_word)) return;
-  result_.warnings.push_back(fmt::format(
+  warn_early(fmt::format(
       "{:.0f} % of what was measured lies beyond everything that the model gave anywhere between "
       "the bounds: the rig, the particle or the bounds differ from the experiment's.",
       100.0 * result_.out_of_reach));
-  if (options_.notice) options_.notice(result_.warnings.back());
+}
+
+// What the user should know before more is spent.
+void Search::warn_early(const std::string& sentence) {
+  result_.warnings.push_back(sentence);
+  if (options_.notice) options_.notice(sentence);
 }
 
 // 5. What a surrogate of all evaluations so far proposes, batch after batch: between neighbouring

@@ -154,6 +154,7 @@ class Search {
   CalibratedParameter& calibrated(std::string_view name);
   void test_itself();
   void check_reach();
+  void warn_early(const std::string& sentence);
   OptimiserOptions local_search(double step, int budget) const;
   void polish(double step, int kept);
   void polish_with_time_step();

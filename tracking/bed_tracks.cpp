@@ -9,6 +9,7 @@
 
 #include "tracking/assignment.h"
 #include "tracking/link.h"
+#include "tracking/median.h"
 
 namespace graintruth::tracking {
 
@@ -132,11 +133,6 @@ Eigen::Vector2d BedTracks::gained_about(const datasets::Pose& place) const {
   }
   constexpr std::size_t enough = 3;
   if (x.size() < enough) return {0.0, 0.0};
-  const auto median = [](std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   return {median(x), median(z)};
 }
 
@@ -193,10 +189,7 @@ bool BedTracks::retry_doubtful(BedFit& fit, const std::vector<int>& index_of) {
     sorted.push_back(unexplained[k]);
   }
   if (sorted.empty()) return false;
-  std::nth_element(sorted.begin(),
-                   sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
-  const double limit = std::max(doubtless_share, doubtful_ratio * sorted[sorted.size() / 2]);
+  const double limit = std::max(doubtless_share, doubtful_ratio * median(sorted));
   bool moved = false;
   constexpr int turns = 6;
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
@@ -495,9 +488,7 @@ bool BedTracks::tell_apart(BedFit& fit,
   // 2. Costs. Collisions change speeds by about as much as gravity does, and may stop a plate at
   // any part of its way. Colours err by what those of this frame do: video shares them among rows,
   // which blends the fields of an interlaced frame.
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  const double colour_sigma = std::max(0.06, differences.empty() ? 0.0 : *middle);
+  const double colour_sigma = std::max(0.06, median(differences));
   const double step_sigma = 0.6 * fall_;
   constexpr double forbidden = 1.0e6, gate = 6.0;
   Eigen::MatrixXd cost(static_cast<Eigen::Index>(tracks.size()),

@@ -5,18 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "tracking/median.h"
+
 namespace graintruth::tracking {
-
-namespace {
-
-float median_of(std::vector<float>& values) {
-  if (values.empty()) return 0.0F;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
 
 LearnedContrast learn_contrast(const cv::Mat& full, const cv::Mat& empty, const cv::Mat& mask) {
   // More than noise and flicker change, less than any plate against a ground that shows it
@@ -47,8 +38,8 @@ LearnedContrast learn_contrast(const cv::Mat& full, const cv::Mat& empty, const 
   if (change[0].empty()) return learned;
   Eigen::Vector3f typical;
   for (std::size_t c = 0; c < 3; ++c) {
-    typical[static_cast<Eigen::Index>(c)] = median_of(change[c]);
-    learned.contrast.ground[static_cast<Eigen::Index>(c)] = median_of(ground[c]);
+    typical[static_cast<Eigen::Index>(c)] = median(change[c]);
+    learned.contrast.ground[static_cast<Eigen::Index>(c)] = median(ground[c]);
   }
   learned.contrast.gain = typical.norm();
   if (learned.contrast.gain > 0.0F) learned.contrast.direction = typical / learned.contrast.gain;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <numbers>
 
+#include "tracking/median.h"
 #include "tracking/plate_bank.h"
 
 namespace graintruth::tracking {
@@ -17,13 +18,6 @@ constexpr double least_score = 0.8;           // below this it is no plate
 constexpr double deepest_overlap = 0.85;      // touching scale; hard plates do not overlap at all
 constexpr int rounds = 6;                     // of fitting and learning
 constexpr double longest_step_px = 2.0;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Takes out what is no plate: badly explained, too faint, or inside a better one.
 void drop_impostors(BedFit& fit, double usual_gain) {

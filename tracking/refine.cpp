@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracking/median.h"
+
 namespace graintruth::tracking {
 
 namespace {
@@ -110,13 +112,6 @@ void find_edge(const EdgeImage& image,
   if (!edge.found) return;
   hit.displacement = edge.position;
   hit.variance = edge.variance;
-}
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // What gradients are like just inside this body's outline, where there is only shading, gloss and
@@ -296,10 +291,10 @@ BodyFit refine_body(const EdgeImage& image,
       }
     }
     fit.visible = static_cast<double>(eligible) / (2.0 * rays_per_ball);
-    fit.edge_strength = median(strengths);
+    fit.edge_strength = median(std::move(strengths));
     for (double d : displacements) misses.push_back(std::abs(d));
     constexpr double normal_quartile = 0.6745;
-    fit.scatter_px = std::max(0.08, median(misses) / normal_quartile);
+    fit.scatter_px = std::max(0.08, median(std::move(misses)) / normal_quartile);
 
     // 2. Geman-McClure weights about the present pose; weak edges count less
     const double accept = 2.5 * fit.scatter_px;

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "tracking/median.h"
+
 namespace graintruth::tracking {
 
 namespace {
@@ -15,13 +17,6 @@ constexpr int moved_level = 24;        // grey levels of change at a pixel: well
 constexpr long fewest = 2000;          // moved pixels
 constexpr double covered_share = 0.4;  // of the usual contrast: gaps between plates average out
 constexpr double window_share = 0.8;   // of a diameter: holds edges in all directions
-
-float median_of(std::vector<float> values) {
-  if (values.empty()) return 0.0F;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // The smaller eigenvalue of the symmetric matrix (xx, xz; xz, zz).
 float smaller_eigenvalue(float xx, float xz, float zz) {
@@ -158,7 +153,7 @@ float StagnantWatcher::typical(const std::vector<float>& likeness, const Places&
   std::vector<float> of_covered;
   for (std::size_t i = 0; i < likeness.size(); ++i)
     if (is_covered(places, i)) of_covered.push_back(likeness[i]);
-  return median_of(std::move(of_covered));
+  return median(std::move(of_covered));
 }
 
 bool StagnantWatcher::is_covered(const Places& places, std::size_t place) const {
@@ -179,7 +174,7 @@ double StagnantWatcher::shifted_likeness() const {
         first_picture_, shifted, by, first_picture_.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
     found.push_back(typical(at_places(likeness(first_, slopes_of(shifted))), frames_.front()));
   }
-  return median_of(std::move(found));
+  return median(std::move(found));
 }
 
 float StagnantWatcher::limit() const {

@@ -12,6 +12,7 @@
 #include "datasets/input_error.h"
 #include "tracking/bed_tracks.h"
 #include "tracking/corrections.h"
+#include "tracking/median.h"
 #include "tracking/overlay.h"
 #include "tracking/stagnant.h"
 #include "tracking/video.h"
@@ -24,13 +25,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double degree = std::numbers::pi / 180.0;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return nan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void check(const datasets::Experiment& experiment) {
   const auto refuse = [&](const std::string& complaint) {
@@ -325,9 +319,9 @@ datasets::Trajectories BedTracker::trajectories_of(const BedTracks& tracks,
   summary_.completeness = expected > 0 ? summary_.detections / static_cast<double>(expected) : 0.0;
   summary_.least_complete_particle = least;
   summary_.mean_score = summary_.detections > 0 ? score_sum / summary_.detections : 0.0;
-  summary_.position_sigma_mm = 1.0e3 * median(position_sigmas);
+  summary_.position_sigma_mm = 1.0e3 * median(position_sigmas, nan);
   summary_.pixel_error_px = summary_.position_sigma_mm * summary_.scale_px_per_mm;
-  summary_.angle_sigma_deg = median(angle_sigmas) / degree;
+  summary_.angle_sigma_deg = median(angle_sigmas, nan) / degree;
   return out;
 }
 

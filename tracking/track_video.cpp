@@ -15,6 +15,7 @@
 #include "tracking/film_camera.h"
 #include "tracking/learn.h"
 #include "tracking/link.h"
+#include "tracking/median.h"
 #include "tracking/overlay.h"
 #include "tracking/pair.h"
 #include "tracking/texture.h"
@@ -31,13 +32,6 @@ constexpr double degree = std::numbers::pi / 180.0;
 
 // Below this support a body is not where it was thought to be.
 constexpr double lost_support = 0.55;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return nan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 BodyShape nominal_shape(const datasets::Experiment& experiment) {
   const auto& spheres = experiment.particle.spheres;
@@ -321,9 +315,9 @@ void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodi
         radius_ratios.push_back(body.shape.radius[ball] / shape_.radius[ball]);
       separations.push_back(body.shape.separation);
     }
-    const double ratio = std::clamp(median(radius_ratios), 0.9, 1.1);
+    const double ratio = std::clamp(median(radius_ratios, nan), 0.9, 1.1);
     for (double& r : shape_.radius) r *= ratio;
-    shape_.separation *= std::clamp(median(separations) / shape_.separation, 0.9, 1.1);
+    shape_.separation *= std::clamp(median(separations, nan) / shape_.separation, 0.9, 1.1);
     if (pass == 1) {
       ObservedLimbs observed;
       for (std::size_t i = 0; i < bodies.size(); ++i)
@@ -577,7 +571,7 @@ void FilmTracker::check_fiducials(const cv::Mat& grey, int number) {
     if (refine_fiducial(grey, now)) moves.push_back((now.pixel - first.pixel).norm());
   }
   if (moves.empty()) return;
-  const double typical = median(moves);
+  const double typical = median(moves, nan);
   summary_.camera_shift_px = std::max(summary_.camera_shift_px, typical);
   if (typical > 1.0) {
     fail(
@@ -883,10 +877,10 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   summary_.mean_score = summary_.detections > 0 ? score_sum / summary_.detections : 0.0;
   const Eigen::Vector2d middle(tracks_[0].last.x, tracks_[0].last.z);
   summary_.scale_px_per_mm = 1.0e-3 * camera_.calibration.camera.scale(middle.x(), middle.y());
-  summary_.position_sigma_mm = 1.0e3 * median(position_sigmas);
+  summary_.position_sigma_mm = 1.0e3 * median(position_sigmas, nan);
   summary_.pixel_error_px = summary_.position_sigma_mm * summary_.scale_px_per_mm;
-  summary_.angle_sigma_deg = median(angle_sigmas) / degree;
-  summary_.ray_scatter_px = median(scatters);
+  summary_.angle_sigma_deg = median(angle_sigmas, nan) / degree;
+  summary_.ray_scatter_px = median(scatters, nan);
   judge(learned);
   summary_.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();

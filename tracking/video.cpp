@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/input_error.h"
+#include "tracking/median.h"
 
 namespace graintruth::tracking {
 
@@ -28,13 +29,6 @@ std::string listed(const std::vector<int>& frames) {
   return fmt::format("{} and {} more",
                      fmt::join(frames.begin(), frames.begin() + shown, ", "),
                      frames.size() - shown);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
