@@ -5,21 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_01.hpp>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <numeric>
 
-#include "app/data_folder.h"
-#include "app/interrupt.h"
+#include "app/reproduce/shape_beds.h"
 #include "app/reproduce/targets.h"
-#include "app/scene_run.h"
 #include "calibrate/ensemble.h"
 #include "datasets/run_folder.h"
-#include "sim/profile.h"
 
 namespace graintruth::app {
 
@@ -31,279 +23,49 @@ const std::string parameters = "table_5_1_parameters";
 const std::string scalars = "ch5_scalars";
 const std::string shapes = "table_5_2_solid_fraction_shape";
 
-std::filesystem::path scene_of_hopper() { return data_folder() / "scenes" / "shape_study.toml"; }
-
-// What the thesis's mesh of squares sees of a grain.
-struct Grain {
+// One run of many: a bed or a heap.
+struct ShapeRun {
   int aspect_ratio = 1;
-  double length = 0.0;  // m
-  double area = 0.0;    // m2, in the picture plane
+  std::uint64_t seed = 0;
+  std::string name;
 };
 
-Grain grain_of(const ThesisData& thesis, int aspect_ratio) {
-  const double radius = thesis.si(parameters, "radius_equivalent_sphere");
-  const double volume = 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
-  const double element = sim::chain_of_volume(aspect_ratio, aspect_ratio, volume).front().radius;
-  return {aspect_ratio,
-          2.0 * aspect_ratio * element,
-          aspect_ratio * std::numbers::pi * element * element};
-}
-
-// Grains of random orientation on a loose lattice from below, each off its site by a little at
-// random: spheres let down from a lattice as it stands would stay in columns.
-std::vector<datasets::ScenePlace> loose_lattice(const ThesisData& thesis,
-                                                const Grain& grain,
-                                                std::uint64_t seed) {
-  boost::random::mt19937_64 generator(seed);
-  boost::random::uniform_01<double> uniform;
-  const double width = thesis.si(parameters, "hopper_width");
-  const double off_site = thesis.setting("shape", "off_site");
-  const int columns = static_cast<int>(width / (grain.length + 2.0 * off_site));
-  const double pitch = width / columns;
-  const auto drawn = [&] { return off_site * (2.0 * uniform(generator) - 1.0); };
-  std::vector<datasets::ScenePlace> places(
-      static_cast<std::size_t>(thesis.number(parameters, "particles")));
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const int row = static_cast<int>(i) / columns, column = static_cast<int>(i) % columns;
-    places[i].position.x() = (column + 0.5) * pitch - 0.5 * width + drawn();
-    places[i].position.z() = (row + 0.5) * pitch + drawn();
-    places[i].angle = std::numbers::pi * uniform(generator);
-  }
-  return places;
-}
-
-// The hopper for grains of this aspect ratio; walls as high as the loose lattice is.
-datasets::SceneFile hopper_for(const ThesisData& thesis, const Grain& grain, std::uint64_t seed) {
-  datasets::SceneFile file = datasets::load_scene(scene_of_hopper());
-  file.particles.front().count = 0;
-  file.particles.front().chain =
-      datasets::SceneChain{grain.aspect_ratio,
-                           static_cast<double>(grain.aspect_ratio),
-                           thesis.si(parameters, "radius_equivalent_sphere")};
-  file.places = loose_lattice(thesis, grain, seed);
-  const double height = file.places.back().position.z() + 2.0 * grain.length;
-  const double width = thesis.si(parameters, "hopper_width");
-  const double orifice = width * thesis.si(parameters, "orifice_over_hopper_width");
-  const std::map<std::string, std::array<double, 3>> ends = {
-      {"left", {-0.5 * width, -0.5 * width, height}},
-      {"right", {0.5 * width, 0.5 * width, height}},
-      {"floor_left", {-0.5 * width, -0.5 * orifice, 0.0}},
-      {"orifice_panel", {-0.5 * orifice, 0.5 * orifice, 0.0}},
-      {"floor_right", {0.5 * orifice, 0.5 * width, 0.0}}};
-  for (datasets::SceneWall& wall : file.walls) {
-    const auto& [from, to, top] = ends.at(wall.name);
-    wall.points[0] = {from, 0.0, 0.0};
-    wall.points[1] = {to, 0.0, top};
-  }
-  return file;
-}
-
-// Skewness m3/m2^1.5 and kurtosis m4/m2^2 (3 for a normal distribution).
-struct DistributionShape {
-  double mean = no_number, skewness = no_number, kurtosis = no_number;
-};
-
-DistributionShape shape_of(const std::vector<double>& values) {
-  const double count = static_cast<double>(values.size());
-  DistributionShape shape;
-  shape.mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
-  double second = 0.0, third = 0.0, fourth = 0.0;
-  for (const double value : values) {
-    const double off = value - shape.mean;
-    second += off * off / count;
-    third += off * off * off / count;
-    fourth += off * off * off * off / count;
-  }
-  shape.skewness = third / std::pow(second, 1.5);
-  shape.kurtosis = fourth / (second * second);
-  return shape;
-}
-
-// Solid fractions of the squares that hold a grain's centre (section 5.3.1).
-std::vector<double> square_fractions(const std::vector<sim::Vec3>& centres,
-                                     double side,
-                                     const Grain& grain) {
-  std::map<std::pair<int, int>, int> counts;
-  for (const sim::Vec3& centre : centres) {
-    ++counts[{static_cast<int>(std::floor(centre.x() / side)),
-              static_cast<int>(std::floor(centre.z() / side))}];
-  }
-  std::vector<double> fractions;
-  for (const auto& [square, count] : counts)
-    fractions.push_back(count * grain.area / (side * side));
-  return fractions;
-}
-
-double top_of(const std::vector<sim::Vec3>& centres) {
-  double top = 0.0;
-  for (const sim::Vec3& centre : centres) top = std::max(top, centre.z());
-  return top;
-}
-
-// Of the lower nine tenths of the bed, which the ragged surface does not touch.
-double bulk_fraction(const std::vector<sim::Vec3>& centres, double width, const Grain& grain) {
-  const double height = 0.9 * top_of(centres);
-  const auto below = std::count_if(
-      centres.begin(), centres.end(), [&](const sim::Vec3& c) { return c.z() < height; });
-  return static_cast<double>(below) * grain.area / (width * height);
-}
-
-// Force on the walls whose names begin so, N.
-sim::Vec3 force_on(const datasets::SceneFile& file, const SceneFrame& frame, const char* name) {
-  sim::Vec3 sum = sim::Vec3::Zero();
-  for (std::size_t w = 0; w < file.walls.size(); ++w)
-    if (file.walls[w].name.starts_with(name)) sum += frame.wall_force[w];
-  return sum;
-}
-
-// Share of all grains that have left against time, %.
-struct DischargeLine {
-  double delay = no_number;      // s, until it has begun
-  double rate = no_number;       // % a second, of the straight part
-  double roughness = no_number;  // %, rms distance from the straight line
-};
-
-DischargeLine straight_part(const std::vector<double>& time,
-                            const std::vector<double>& percent,
-                            const ThesisData& thesis) {
-  const auto in_percent = [&](const char* name) { return 100.0 * thesis.setting("shape", name); };
-  DischargeLine line;
-  std::vector<double> t, p;
-  for (std::size_t i = 0; i < time.size(); ++i) {
-    if (std::isnan(line.delay) && percent[i] >= in_percent("delay_share")) line.delay = time[i];
-    if (percent[i] < in_percent("steady_from") || percent[i] > in_percent("steady_to")) continue;
-    t.push_back(time[i]);
-    p.push_back(percent[i]);
-  }
-  if (t.size() < 5 || percent.back() < in_percent("steady_to")) return line;
-  const double count = static_cast<double>(t.size());
-  const double mean_t = std::accumulate(t.begin(), t.end(), 0.0) / count;
-  const double mean_p = std::accumulate(p.begin(), p.end(), 0.0) / count;
-  double across = 0.0, along = 0.0, squares = 0.0;
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    across += (t[i] - mean_t) * (p[i] - mean_p);
-    along += (t[i] - mean_t) * (t[i] - mean_t);
-  }
-  line.rate = across / along;
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    const double off = p[i] - mean_p - line.rate * (t[i] - mean_t);
-    squares += off * off;
-  }
-  line.roughness = std::sqrt(squares / count);
-  return line;
-}
-
-// How the grains inside the hopper move, summed over the frames of the straight part.
-struct InnerMotion {
-  std::array<double, 3> rotational = {}, translational = {};  // J; left, centre, right (5.3, 5.4)
-  std::array<double, 3> sideways = {}, downwards = {};  // m/s; lower, middle, upper third at rest
-
-  void add(const SceneRun& run, const sim::State& state, double width, double height) {
-    const auto third = [](double share) { return std::clamp(static_cast<int>(3.0 * share), 0, 2); };
-    for (std::size_t i = 0; i < state.position.size(); ++i) {
-      const sim::Vec3 &place = state.position[i], &velocity = state.velocity[i];
-      if (place.z() < 0.0) continue;
-      const sim::Clump& clump = run.scene.types[run.scene.bodies[i].type];
-      const int across = third(place.x() / width + 0.5), up = third(place.z() / height);
-      const double spin = state.angular_velocity[i].y();
-      rotational[across] += 0.5 * clump.inertia.y() * spin * spin;
-      translational[across] += 0.5 * clump.mass * velocity.squaredNorm();
-      sideways[up] += std::abs(velocity.x());
-      downwards[up] += std::abs(velocity.z());
-    }
-  }
-};
-
-double sum_of(const std::array<double, 3>& parts) { return parts[0] + parts[1] + parts[2]; }
-
-// How far the beds of one aspect ratio are: consolidation and discharge are a half of each.
-class BedsProgress {
+// How far all runs of a kind are. A run costs as its spheres do; its filling, or consolidation, is
+// a half of it.
+class ShapeProgress {
  public:
-  BedsProgress(std::string job, int beds, ProgressLine& line)
-      : job_(std::move(job)), shares_(static_cast<std::size_t>(beds)), line_(line) {}
+  ShapeProgress(std::string job, const std::vector<ShapeRun>& runs, ProgressLine& line)
+      : job_(std::move(job)), runs_(runs), shares_(runs.size()), line_(line) {}
 
-  // For the run of one bed, on any thread.
-  auto of(int bed) {
-    return [this, bed, first = std::string()](
+  // For one run, on any thread.
+  PhaseProgress of(std::size_t run) {
+    return [this, run, first = std::string()](
                const std::string& phase, double share, const std::string& detail) mutable {
       if (first.empty()) first = phase;
-      shares_[static_cast<std::size_t>(bed)] = (phase == first ? 0.0 : 0.5) + 0.5 * share;
-      double sum = 0.0;
-      for (const std::atomic<double>& one : shares_) sum += one;
-      line_.show(job_, sum / static_cast<double>(shares_.size()), phase + " " + detail);
+      shares_[run] = (phase == first ? 0.0 : 0.5) + 0.5 * share;
+      show(runs_[run].name + " " + phase + " " + detail);
     };
   }
+  void finish(std::size_t run) { shares_[run] = 1.0; }
 
  private:
+  void show(const std::string& detail) {
+    double done = 0.0, all = 0.0;
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+      done += runs_[i].aspect_ratio * shares_[i];
+      all += runs_[i].aspect_ratio;
+    }
+    line_.show(job_, done / all, detail);
+  }
+
   std::string job_;
+  const std::vector<ShapeRun>& runs_;
   std::vector<std::atomic<double>> shares_;
   ProgressLine& line_;
 };
 
-// One bed from its lattice to its discharge; what went wrong when it did not come to its end.
-Json run_bed(const ThesisData& thesis, const Grain& grain, SceneRunOptions options) {
-  const datasets::SceneFile file = hopper_for(thesis, grain, options.seed);
-  options.stop = is_interrupted;
-  const SceneRun run = run_scene(file, options);
-  if (run.status != sim::RunStatus::completed || !run.reached_event)
-    return {{"failed", run.message}};
-
-  // 1. At rest: the last frame before the opening
-  std::size_t rest = 0;
-  while (rest + 1 < run.frames.size() && run.frames[rest + 1].state.time <= run.event_time + 1e-9)
-    ++rest;
-  const SceneFrame& bed = run.frames[rest];
-  const std::vector<sim::Vec3>& centres = bed.state.position;
-  const double side = thesis.number(scalars, "solid_fraction_mesh") * unit_in_si("cm");
-  const double width = thesis.si(parameters, "hopper_width");
-  const DistributionShape shape = shape_of(square_fractions(centres, side, grain));
-  double weight = 0.0;
-  for (const sim::Body& body : run.scene.bodies)
-    weight += run.scene.types[body.type].mass * -file.gravity.z();
-  const double on_floor =
-      -(force_on(file, bed, "floor") + force_on(file, bed, "orifice")).z() / weight;
-  const double on_side = std::abs(force_on(file, bed, "left").x());
-
-  // 2. Running out
-  std::vector<double> time, percent;
-  double largest_on_side = 0.0;
-  for (std::size_t f = rest; f < run.frames.size(); ++f) {
-    const SceneFrame& frame = run.frames[f];
-    time.push_back(frame.state.time - run.event_time);
-    percent.push_back(100.0 * frame.bed.discharged / static_cast<double>(centres.size()));
-    if (time.back() > 0.0 && time.back() <= thesis.setting("shape", "pulse_time"))
-      largest_on_side = std::max(largest_on_side, std::abs(force_on(file, frame, "left").x()));
-  }
-  const DischargeLine line = straight_part(time, percent, thesis);
-  InnerMotion motion;
-  for (std::size_t i = 0; i < percent.size(); ++i) {
-    if (percent[i] >= 100.0 * thesis.setting("shape", "steady_from") &&
-        percent[i] <= 100.0 * thesis.setting("shape", "steady_to"))
-      motion.add(run, run.frames[rest + i].state, width, top_of(centres));
-  }
-  return {{"fraction", bulk_fraction(centres, width, grain)},
-          {"skewness", shape.skewness},
-          {"kurtosis", shape.kurtosis},
-          {"coordination", bed.bed.coordination},
-          {"bottom_error", 100.0 * std::abs(on_floor - 1.0)},
-          {"rested", run.phases.front().came_to_rest},
-          {"delay", line.delay},
-          {"rate", line.rate},
-          {"roughness", line.roughness},
-          {"energy_ratio", sum_of(motion.rotational) / sum_of(motion.translational)},
-          {"energy_ratio_centre", motion.rotational[1] / motion.translational[1]},
-          {"energy_ratio_sides",
-           (motion.rotational[0] + motion.rotational[2]) /
-               (motion.translational[0] + motion.translational[2])},
-          {"sideways_below", motion.sideways[0] / motion.downwards[0]},
-          {"sideways_above", motion.sideways[2] / motion.downwards[2]},
-          {"pulse", on_side > 0.0 ? largest_on_side / on_side : no_number},
-          {"time", time},
-          {"percent", percent}};
-}
-
 // The runs of one aspect ratio, and what is said of those that failed.
-struct Beds {
+struct ShapeRuns {
   std::string label;
   std::vector<Json> runs;
   std::string failure;
@@ -320,34 +82,51 @@ struct Beds {
   }
 };
 
-std::vector<Beds> run_beds(const ThesisData& thesis, Studies& studies) {
-  const int seeds = thesis.count("shape", "seeds");
-  const auto drawn = calibrate::make_seeds(studies.seed(), "shape", seeds);
+using RunOfShape = Json (*)(const ThesisData&,
+                            int aspect_ratio,
+                            std::uint64_t seed,
+                            const PhaseProgress&);
+
+// All aspect ratios and seeds of one kind of run, each stored by itself.
+std::vector<ShapeRuns> run_all(const ThesisData& thesis,
+                               Studies& studies,
+                               const std::string& kind,
+                               const std::string& settings,
+                               RunOfShape run) {
+  const auto seeds =
+      calibrate::make_seeds(studies.seed(), settings, thesis.count(settings, "seeds"));
+  std::vector<ShapeRun> runs;
+  for (const double ratio : thesis.settings(settings, "aspect_ratios")) {
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+      const int aspect_ratio = static_cast<int>(std::lround(ratio));
+      runs.push_back({aspect_ratio,
+                      seeds[i],
+                      fmt::format("study-shape-aspect-ratio-{}-{}-{}", aspect_ratio, kind, i + 1)});
+    }
+  }
   const std::string inputs = fmt::format("{} {} {} particles in {} m",
-                                         thesis.settings_text("shape"),
+                                         thesis.settings_text(settings),
                                          datasets::file_hash(scene_of_hopper()),
                                          thesis.number(parameters, "particles"),
                                          thesis.si(parameters, "hopper_width"));
-  std::vector<Beds> all;
-  for (const double ratio : thesis.settings("shape", "aspect_ratios")) {
-    const Grain grain = grain_of(thesis, static_cast<int>(std::lround(ratio)));
-    const std::string name = fmt::format("study-shape-aspect-ratio-{}", grain.aspect_ratio);
-    const Json stored = studies.result(name, inputs, [&] {
-      std::vector<Json> found(drawn.size());
-      BedsProgress progress(name, seeds, studies.progress());
-      studies.in_parallel(seeds, [&](int i) {
-        const auto which = static_cast<std::size_t>(i);
-        found[which] = run_bed(thesis, grain, {.seed = drawn[which], .progress = progress.of(i)});
-      });
-      return Json(found);
+  std::vector<Json> found(runs.size());
+  ShapeProgress progress("study-shape, " + kind + "s", runs, studies.progress());
+  // The longest first, so that none is left to run alone at the end
+  studies.in_parallel(static_cast<int>(runs.size()), [&](int turn) {
+    const std::size_t i = runs.size() - 1 - static_cast<std::size_t>(turn);
+    found[i] = studies.result(runs[i].name, inputs, [&] {
+      return run(thesis, runs[i].aspect_ratio, runs[i].seed, progress.of(i));
     });
-    Beds& beds = all.emplace_back(Beds{std::to_string(grain.aspect_ratio), {}, {}});
-    for (const Json& run : stored) {
-      if (run.contains("failed")) {
-        beds.failure = run.at("failed").get<std::string>();
-      } else {
-        beds.runs.push_back(run);
-      }
+    progress.finish(i);
+  });
+  std::vector<ShapeRuns> all;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const std::string label = std::to_string(runs[i].aspect_ratio);
+    if (all.empty() || all.back().label != label) all.push_back({label, {}, {}});
+    if (found[i].contains("failed")) {
+      all.back().failure = found[i].at("failed").get<std::string>();
+    } else {
+      all.back().runs.push_back(std::move(found[i]));
     }
   }
   return all;
@@ -364,7 +143,9 @@ Simulated fall_percent(const Simulated& a, const Simulated& b) {
 }
 
 // Section 5.3.1: packing.
-void examine_packing(Examination& exam, const ThesisData& thesis, const std::vector<Beds>& beds) {
+void examine_packing(Examination& exam,
+                     const ThesisData& thesis,
+                     const std::vector<ShapeRuns>& beds) {
   const Simulated first = beds[0].of("fraction"), second = beds[1].of("fraction"),
                   last = beds.back().of("fraction");
   exam.claim_value("solid fraction: fall from aspect ratio 1 to 4",
@@ -420,7 +201,9 @@ void examine_packing(Examination& exam, const ThesisData& thesis, const std::vec
 }
 
 // Section 5.3.3: discharge.
-void examine_discharge(Examination& exam, const ThesisData& thesis, const std::vector<Beds>& beds) {
+void examine_discharge(Examination& exam,
+                       const ThesisData& thesis,
+                       const std::vector<ShapeRuns>& beds) {
   Curve curve{.id = "shape-discharge",
               .caption = "Grains that have left against time, first bed of each aspect ratio.",
               .x_title = "Time (s)",
@@ -470,7 +253,7 @@ void examine_discharge(Examination& exam, const ThesisData& thesis, const std::v
 }
 
 // Section 5.3.2.2: rotation and sideways motion while it runs out.
-void examine_motion(Examination& exam, const std::vector<Beds>& beds) {
+void examine_motion(Examination& exam, const std::vector<ShapeRuns>& beds) {
   for (std::size_t i = 0; i < beds.size(); ++i) {
     const std::string ratio = "aspect ratio " + beds[i].label;
     const Simulated above = beds[i].of("sideways_above"), below = beds[i].of("sideways_below");
@@ -499,41 +282,129 @@ void examine_motion(Examination& exam, const std::vector<Beds>& beds) {
   }
 }
 
-// Claims that these runs are not measured for.
-void list_what_is_left(Examination& exam, const ThesisData& thesis) {
-  const auto left = [&](const char* where, const char* quantity) {
-    exam.not_run(where, thesis.printed(scalars, quantity), "not measured");
-  };
-  left("beds come to rest after", "consolidation_stable_time");
-  left("angle of the shear band, not spherical", "shear_band_angle_nonspherical");
-  left("angle of the shear band, spheres", "shear_band_angle_spheres");
-  exam.not_run(
-      "a steeper heap than that of spheres", {"steeper", "-", "sec 5.3.3"}, "not measured");
-  exam.not_run(
-      "wall pressure rises with the aspect ratio", {"rises", "-", "sec 5.3.3.1"}, "not measured");
+// Sections 5.3.1.1 and 5.3.3.1: coming to rest, bands of shear, pressure on the walls.
+void examine_bands_and_walls(Examination& exam,
+                             const ThesisData& thesis,
+                             const std::vector<ShapeRuns>& beds) {
+  Curve pressure{.id = "shape-wall-force",
+                 .caption =
+                     "Normal force on a side wall by tenths of the height of the bed, just "
+                     "after the opening; mean over beds and both walls.",
+                 .x_title = "Height (tenths)",
+                 .y_title = "Force on a tenth (N)"};
+  for (std::size_t i = 0; i < beds.size(); ++i) {
+    const std::string ratio = "aspect ratio " + beds[i].label;
+    exam.claim_value(ratio + ": bed comes to rest after",
+                     thesis.printed(scalars, "consolidation_stable_time"),
+                     beds[i].of("rest_time"),
+                     thesis.setting("shape", "rest_tolerance"),
+                     "ours is damped while it falls, from a lattice of its own");
+    const Simulated band = beds[i].of("band_angle");
+    exam.claim_value(
+        ratio + ": angle of the shear band",
+        thesis.printed(scalars,
+                       i == 0 ? "shear_band_angle_spheres" : "shear_band_angle_nonspherical"),
+        band,
+        thesis.setting("shape", "band_tolerance") / unit_in_si("deg"),
+        fmt::format("found in {} of {} beds", band.seeds, beds[i].runs.size()));
+    if (i > 0) {
+      const Simulated here = beds[i].of("wall_force_per_height"),
+                      before = beds[i - 1].of("wall_force_per_height");
+      exam.claim(
+          fmt::format(
+              "{}: more pressure on the walls than aspect ratio {}", ratio, beds[i - 1].label),
+          {"rises", "N/m", "sec 5.3.3.1"},
+          here,
+          no_number,
+          here.mean > before.mean + separation(here, before),
+          fmt::format("force on a side wall over the height of the bed, at rest and without "
+                      "friction; at {} {:.1f}",
+                      beds[i - 1].label,
+                      before.mean));
+    }
+    std::vector<double> tenths, force;
+    for (const Json& run : beds[i].runs) {
+      const auto of_run = run.at("wall_strips").get<std::vector<double>>();
+      force.resize(of_run.size());
+      for (std::size_t strip = 0; strip < of_run.size(); ++strip)
+        force[strip] += of_run[strip] / static_cast<double>(beds[i].runs.size());
+    }
+    for (std::size_t strip = 0; strip < force.size(); ++strip)
+      tenths.push_back(static_cast<double>(strip) + 0.5);
+    pressure.series.push_back(
+        {.name = ratio, .x = tenths, .y = force, .is_ours = true, .is_line = true});
+  }
+  exam.add_curve(pressure);
+}
+
+// Section 5.3.2.2: where marked grains of the first beds go.
+void draw_paths(Examination& exam, const std::vector<ShapeRuns>& beds) {
+  for (const ShapeRuns& of : beds) {
+    Curve paths{.id = "shape-paths-" + of.label,
+                .caption = fmt::format("Paths of marked grains, aspect ratio {}.", of.label),
+                .x_title = "x (m)",
+                .y_title = "z (m)"};
+    for (const Json& path : of.runs.front().at("marked")) {
+      paths.series.push_back({.name = fmt::format("grain {}", paths.series.size() + 1),
+                              .x = path.at("x").get<std::vector<double>>(),
+                              .y = path.at("z").get<std::vector<double>>(),
+                              .is_ours = true,
+                              .is_line = true});
+    }
+    exam.add_curve(paths);
+  }
+}
+
+// Section 5.3.3: heaps at the thesis's speeds of impact.
+void examine_heaps(Examination& exam, const std::vector<ShapeRuns>& heaps) {
+  for (std::size_t i = 1; i < heaps.size(); ++i) {
+    const Simulated slope = heaps[i].of("slope"), spheres = heaps[0].of("slope");
+    exam.claim(fmt::format("aspect ratio {}: a steeper heap than that of spheres", heaps[i].label),
+               {"steeper", "deg", "sec 5.3.3"},
+               slope,
+               no_number,
+               slope.mean > spheres.mean + separation(slope, spheres),
+               fmt::format("of spheres {:.1f}; speeds of impact as printed", spheres.mean));
+  }
+}
+
+// What keeps the runs of a kind from being held against the thesis; nothing where all is well.
+void note_failures(Examination& exam, const std::vector<ShapeRuns>& all, const char* kind) {
+  for (const ShapeRuns& of : all) {
+    if (!of.failure.empty())
+      exam.add_note(fmt::format("Aspect ratio {}: a {} failed: {}.", of.label, kind, of.failure));
+  }
+}
+
+bool has_runs(const std::vector<ShapeRuns>& all, std::size_t fewest) {
+  return all.size() >= fewest &&
+         std::none_of(all.begin(), all.end(), [](const ShapeRuns& of) { return of.runs.empty(); });
 }
 
 }  // namespace
 
 void simulate_shapes(Examination& exam, const ThesisData& thesis, Studies& studies) {
-  const std::vector<Beds> beds = run_beds(thesis, studies);
-  bool has_all = true;
-  for (const Beds& of : beds) {
-    if (!of.failure.empty())
-      exam.add_note(fmt::format("Aspect ratio {}: a bed failed: {}.", of.label, of.failure));
-    has_all = has_all && !of.runs.empty();
-  }
-  if (!has_all || beds.size() < 4) {
+  const std::vector<ShapeRuns> heaps = run_all(thesis, studies, "heap", "heap", run_heap);
+  const std::vector<ShapeRuns> beds = run_all(thesis, studies, "bed", "shape", run_bed);
+  note_failures(exam, beds, "bed");
+  note_failures(exam, heaps, "heap");
+  if (has_runs(beds, 4)) {
+    examine_packing(exam, thesis, beds);
+    examine_discharge(exam, thesis, beds);
+    examine_motion(exam, beds);
+    examine_bands_and_walls(exam, thesis, beds);
+    draw_paths(exam, beds);
+  } else {
     exam.not_run(
         "beds of aspect ratios 1 to 4", {"run", "-", "sec 5.2"}, "not all ran to their end");
-    return;
   }
-  examine_packing(exam, thesis, beds);
-  examine_discharge(exam, thesis, beds);
-  examine_motion(exam, beds);
-  list_what_is_left(exam, thesis);
+  if (has_runs(heaps, 2)) {
+    examine_heaps(exam, heaps);
+  } else {
+    exam.not_run("heaps", {"run", "-", "sec 5.3.3"}, "not all ran to their end");
+  }
   int restless = 0;
-  for (const Beds& of : beds) {
+  for (const ShapeRuns& of : beds) {
     restless += static_cast<int>(std::count_if(of.runs.begin(), of.runs.end(), [](const Json& run) {
       return !run.at("rested").get<bool>();
     }));
