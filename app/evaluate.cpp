@@ -71,10 +71,9 @@ Json evaluate_flow(const EvaluateCommand& command,
   const calibrate::Evaluation evaluation =
       ensemble->evaluate("evaluation", {&point, 1}, seeds, session.simulation_progress()).front();
   const calibrate::BinComparison& films = *problem.calibrated;
-  const calibrate::BinComparison::Shares shares = films.shares(evaluation.runs);
   Json json = head_of(parameters, evaluation);
-  json["shares"] = {
-      {"flow_rate", shares.rate}, {"remaining", shares.remaining}, {"velocity", shares.velocity}};
+  for (const auto& [kind, value] : films.shares(evaluation.runs))
+    json["shares"][std::string(kind)] = value;
   for (const calibrate::OrificeMean& orifice : films.orifices()) {
     json["orifices"].push_back(
         {{"orifice_m", orifice.orifice},

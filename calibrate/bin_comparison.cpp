@@ -34,7 +34,10 @@ class Mean {
 
 // What a model in which nothing moves would give.
 BinNumbers numbers_of_rest(const BinNumbers& filmed, int particles) {
-  return {0.0, static_cast<double>(particles), std::vector<double>(filmed.velocity.size(), 0.0)};
+  return {.rate = 0.0,
+          .remaining = static_cast<double>(particles),
+          .density = filmed.density,
+          .velocity = std::vector<double>(filmed.velocity.size(), 0.0)};
 }
 
 }  // namespace
@@ -50,6 +53,7 @@ BinNumbers numbers_of(const BinMeasurement& measured, const BulkRig& rig) {
     numbers.rate = left * rig.particle_mass / duration;
   }
   numbers.remaining = discharge.particles - left;
+  numbers.density = measured.flowing_density;
   const auto bins = profile_bins(rig);
   numbers.velocity.assign(bins, nan);
   for (const VelocitySample& sample : measured.profile.samples) {
@@ -61,15 +65,18 @@ BinNumbers numbers_of(const BinMeasurement& measured, const BulkRig& rig) {
   return numbers;
 }
 
-// Simulated minus filmed: rates relative to the orifice's mean, velocities to its largest.
+// Simulated minus filmed: rates and densities relative to the orifice's mean, velocities to its
+// largest.
 struct BinComparison::Differences {
   double rate = 0.0;
   double remaining = 0.0;
+  double density = 0.0;          // 0 where either is not known
   std::vector<double> velocity;  // NaN where the film has none
 
   void add(const Differences& other, double factor) {
     rate += factor * other.rate;
     remaining += factor * other.remaining;
+    density += factor * other.density;
     for (std::size_t i = 0; i < velocity.size(); ++i) {
       if (!std::isnan(other.velocity[i])) velocity[i] += factor * other.velocity[i];
     }
@@ -91,15 +98,19 @@ BinComparison::BinComparison(std::vector<FilmedBin> films) : films_(std::move(fi
     return a.orifice < b.orifice;
   });
   for (OrificeMean& orifice : orifices_) {
-    Mean rate, remaining;
+    Mean rate, remaining, density;
     std::vector<Mean> velocity(numbers_[orifice.films.front()].velocity.size());
     for (const std::size_t film : orifice.films) {
       rate.add(numbers_[film].rate);
       remaining.add(numbers_[film].remaining);
+      density.add(numbers_[film].density > 0.0 ? numbers_[film].density : nan);
       for (std::size_t bin = 0; bin < velocity.size(); ++bin)
         velocity[bin].add(numbers_[film].velocity[bin]);
     }
-    orifice.mean = {rate.value(), remaining.value(), {}};
+    orifice.mean = {.rate = rate.value(),
+                    .remaining = remaining.value(),
+                    .density = std::isnan(density.value()) ? 0.0 : density.value(),
+                    .velocity = {}};
     for (const Mean& bin : velocity) {
       orifice.mean.velocity.push_back(bin.value());
       if (!std::isnan(bin.value()))
@@ -162,6 +173,8 @@ std::vector<BinComparison::Differences> BinComparison::differences(
     if (orifice.mean.rate > 0.0)
       difference.rate = (simulated.rate - filmed.rate) / orifice.mean.rate;
     difference.remaining = simulated.remaining - filmed.remaining;
+    if (simulated.density > 0.0 && filmed.density > 0.0)
+      difference.density = (simulated.density - filmed.density) / orifice.mean.density;
     for (std::size_t bin = 0; bin < filmed.velocity.size(); ++bin) {
       // Where nothing passes in the simulation nothing moves.
       const double passing = std::isnan(simulated.velocity[bin]) ? 0.0 : simulated.velocity[bin];
@@ -180,7 +193,7 @@ BinComparison::Differences BinComparison::mean_difference(const std::vector<Diff
                                                           const OrificeMean& orifice,
                                                           std::size_t seeds,
                                                           std::size_t left_out) const {
-  Mean rate, remaining;
+  Mean rate, remaining, density;
   std::vector<Mean> velocity(orifice.mean.velocity.size());
   for (const std::size_t film : orifice.films) {
     for (std::size_t seed = 0; seed < seeds; ++seed) {
@@ -188,11 +201,12 @@ BinComparison::Differences BinComparison::mean_difference(const std::vector<Diff
       if (run == left_out) continue;
       rate.add(of_runs[run].rate);
       remaining.add(of_runs[run].remaining);
+      density.add(of_runs[run].density);
       for (std::size_t bin = 0; bin < velocity.size(); ++bin)
         velocity[bin].add(of_runs[run].velocity[bin]);
     }
   }
-  Differences mean{rate.value(), remaining.value(), {}};
+  Differences mean{rate.value(), remaining.value(), density.value(), {}};
   for (const Mean& bin : velocity) mean.velocity.push_back(bin.value());
   return mean;
 }
@@ -219,7 +233,103 @@ std::vector<double> BinComparison::residuals_of(const Differences& difference,
   return z;
 }
 
+std::vector<MeanFlow> BinComparison::mean_flows(const std::vector<Differences>* of_orifices) const {
+  std::vector<MeanFlow> flows;
+  for (std::size_t i = 0; i < orifices_.size(); ++i) {
+    const OrificeMean& orifice = orifices_[i];
+    const auto films = static_cast<double>(orifice.films.size());
+    MeanFlow flow{
+        .orifice = orifice.orifice,
+        .rate = orifice.mean.rate,
+        .standard_uncertainty = scatter_.relative_rate * orifice.mean.rate / std::sqrt(films),
+        .density = orifice.mean.density};
+    for (const std::size_t film : orifice.films)
+      flow.height += films_[film].measured.profile.height / films;
+    if (of_orifices) {
+      flow.rate *= 1.0 + (*of_orifices)[i].rate;
+      flow.density *= 1.0 + (*of_orifices)[i].density;
+    }
+    const auto bins = static_cast<double>(orifice.mean.velocity.size());
+    const double width = films_[orifice.films.front()].rig.width;
+    for (std::size_t bin = 0; bin < orifice.mean.velocity.size(); ++bin) {
+      double velocity = orifice.mean.velocity[bin];
+      if (of_orifices) velocity += orifice.largest_velocity * (*of_orifices)[i].velocity[bin];
+      if (std::isnan(velocity)) continue;
+      flow.profile.push_back(
+          {.x = ((static_cast<double>(bin) + 0.5) / bins - 0.5) * width, .velocity = velocity});
+    }
+    flows.push_back(std::move(flow));
+  }
+  return flows;
+}
+
+bool BinComparison::tells_laws() const {
+  return orifices_.size() >= 2 && scatter_.relative_rate > 0.0 &&
+         std::all_of(orifices_.begin(), orifices_.end(), [](const OrificeMean& orifice) {
+           return orifice.mean.rate > 0.0 && orifice.mean.density > 0.0;
+         });
+}
+
+void BinComparison::learn_laws() {
+  const double diameter = films_.front().rig.particle_diameter;
+  const double gravity = films_.front().rig.gravity;
+  const std::vector<MeanFlow> flows = mean_flows(nullptr);
+  Laws laws{fit_flow_laws(flows, diameter, gravity),
+            beverloo_uncertainty(flows, diameter, gravity)};
+  // B of every film by itself, about that of its orifice
+  double squares = 0.0;
+  int freedom = 0;
+  for (std::size_t i = 0; i < orifices_.size(); ++i) {
+    int fitted = 0;
+    for (const std::size_t film : orifices_[i].films) {
+      const MeanFlow alone{.orifice = orifices_[i].orifice,
+                           .height = films_[film].measured.profile.height,
+                           .profile = films_[film].measured.profile.samples};
+      const double B = kinematic_length(alone);
+      if (std::isnan(B) || !(laws.filmed.B[i] > 0.0)) continue;
+      squares += std::pow(B / laws.filmed.B[i] - 1.0, 2);
+      ++fitted;
+    }
+    freedom += std::max(0, fitted - 1);
+  }
+  if (freedom > 0) laws.relative_B = std::sqrt(squares / freedom);
+  laws_ = std::move(laws);
+}
+
+// Of C, of k, and of the B of each orifice whose films tell one. Simulated means scatter as filmed
+// ones do.
+std::vector<double> BinComparison::law_residuals(
+    const std::vector<Differences>& of_orifices) const {
+  const FlowLaws simulated = fit_flow_laws(
+      mean_flows(&of_orifices), films_.front().rig.particle_diameter, films_.front().rig.gravity);
+  const FlowLaws& filmed = laws_->filmed;
+  const double both = std::sqrt(2.0);
+  std::vector<double> z = {(simulated.C - filmed.C) / (both * laws_->uncertainty.C),
+                           (simulated.k - filmed.k) / (both * laws_->uncertainty.k)};
+  for (std::size_t i = 0; i < orifices_.size(); ++i) {
+    if (!(filmed.B[i] > 0.0) || !(laws_->relative_B > 0.0)) continue;
+    const auto films = static_cast<double>(orifices_[i].films.size());
+    z.push_back((simulated.B[i] / filmed.B[i] - 1.0) /
+                (both * laws_->relative_B / std::sqrt(films)));
+  }
+  return z;
+}
+
+double BinComparison::objective_of(const std::vector<Differences>& of_orifices) const {
+  Mean kinds;
+  for (const Share& share : shares_of(of_orifices)) kinds.add(share.value);
+  return kinds.value();
+}
+
 BinComparison::Shares BinComparison::shares_of(const std::vector<Differences>& of_orifices) const {
+  if (laws_) {
+    const std::vector<double> z = law_residuals(of_orifices);
+    Shares shares = {{"beverloo_C", pseudo_huber(z[0])}, {"beverloo_k", pseudo_huber(z[1])}};
+    Mean kinematic;
+    for (std::size_t i = 2; i < z.size(); ++i) kinematic.add(pseudo_huber(z[i]));
+    if (z.size() > 2) shares.push_back({"kinematic_B", kinematic.value()});
+    return shares;
+  }
   Mean rate, remaining, velocity;
   for (std::size_t i = 0; i < orifices_.size(); ++i) {
     const std::vector<double> z = residuals_of(of_orifices[i], orifices_[i]);
@@ -227,9 +337,9 @@ BinComparison::Shares BinComparison::shares_of(const std::vector<Differences>& o
     remaining.add(pseudo_huber(z[1]));
     for (std::size_t k = 2; k < z.size(); ++k) velocity.add(pseudo_huber(z[k]));
   }
-  const double velocities = velocity.value();
-  if (std::isnan(velocities)) return {rate.value(), remaining.value(), 0.0, 2};
-  return {rate.value(), remaining.value(), velocities};
+  Shares shares = {{"flow_rate", rate.value()}, {"remaining", remaining.value()}};
+  if (!std::isnan(velocity.value())) shares.push_back({"velocity_profile", velocity.value()});
+  return shares;
 }
 
 BinComparison::Shares BinComparison::shares(std::span<const SimulatedRun> runs) const {
@@ -245,6 +355,7 @@ double BinComparison::simulated_rate(const OrificeMean& orifice,
 
 std::vector<double> BinComparison::residuals(std::span<const SimulatedRun> runs) const {
   const std::vector<Differences> of_orifices = mean_differences(runs);
+  if (laws_) return law_residuals(of_orifices);
   std::vector<double> all;
   for (std::size_t i = 0; i < orifices_.size(); ++i) {
     for (const double z : residuals_of(of_orifices[i], orifices_[i])) {
@@ -256,7 +367,7 @@ std::vector<double> BinComparison::residuals(std::span<const SimulatedRun> runs)
 }
 
 double BinComparison::objective(std::span<const SimulatedRun> runs) const {
-  return shares(runs).total();
+  return objective_of(mean_differences(runs));
 }
 
 // Delete-one jackknife with orifices as strata:
@@ -276,7 +387,7 @@ double BinComparison::noise(std::span<const SimulatedRun> runs) const {
     for (const std::size_t film : orifice.films) {
       for (std::size_t seed = 0; seed < seeds; ++seed) {
         without[i] = mean_difference(of_runs, orifice, seeds, film * seeds + seed);
-        values.push_back(shares_of(without).total());
+        values.push_back(objective_of(without));
       }
     }
     variance += std::pow(jackknife_error(values), 2);
@@ -314,7 +425,7 @@ std::vector<std::vector<double>> BinComparison::draw_objectives(
         const OrificeMean only{.orifice = orifice.orifice, .films = {film}, .mean = orifice.mean};
         Differences residual = mean_difference(of_runs, only, seeds, of_runs.size());
         residual.add(one.means.back(), -1.0);
-        Differences wide{0.0, 0.0, std::vector<double>(residual.velocity.size(), 0.0)};
+        Differences wide{.velocity = std::vector<double>(residual.velocity.size(), 0.0)};
         wide.add(residual, std::sqrt(n / (n - 1.0)));
         one.residuals.push_back(std::move(wide));
       }
@@ -341,7 +452,7 @@ std::vector<std::vector<double>> BinComparison::draw_objectives(
         for (const std::size_t residual : chosen[i])
           of_orifices[i].add(one.residuals[residual], 1.0 / static_cast<double>(chosen[i].size()));
       }
-      drawn[static_cast<std::size_t>(draw)].push_back(shares_of(of_orifices).total());
+      drawn[static_cast<std::size_t>(draw)].push_back(objective_of(of_orifices));
     }
   });
   return drawn;
@@ -349,6 +460,14 @@ std::vector<std::vector<double>> BinComparison::draw_objectives(
 
 std::unique_ptr<Comparison> BinComparison::with_replicates(std::span<const SimulatedRun>) const {
   return nullptr;
+}
+
+std::unique_ptr<Comparison> BinComparison::with_form(datasets::ObjectiveForm form) const {
+  if (form == datasets::ObjectiveForm::requested && !tells_laws()) return nullptr;
+  auto other = std::make_unique<BinComparison>(*this);
+  other->laws_.reset();
+  if (form == datasets::ObjectiveForm::requested) other->learn_laws();
+  return other;
 }
 
 double BinComparison::significance() const { return student_t_quantile(0.975, scatter_.freedom); }

@@ -1,12 +1,14 @@
 // Runs out of a bin, filmed and simulated, compared by what was measured of them: steady rates,
-// what stays behind, and velocity profiles. Every simulation starts from the bed of one film and is
-// compared with that film's orifice.
+// what stays behind, and velocity profiles; or by the constants of the laws that the thesis fits to
+// these. Every simulation starts from the bed of one film and is compared with that film's orifice.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "calibrate/bulk_measure.h"
 #include "calibrate/comparison.h"
+#include "calibrate/flow_laws.h"
 
 namespace graintruth::calibrate {
 
@@ -22,6 +24,7 @@ struct FilmedBin {
 struct BinNumbers {
   double rate = 0.0;             // kg/s; steady, or mean over the run where nothing was steady
   double remaining = 0.0;        // particles in the bin at the end
+  double density = 0.0;          // kg/m2, of the flowing bed; 0 where it is not known
   std::vector<double> velocity;  // m/s, downwards; one a bin across, see measure_profile
 };
 BinNumbers numbers_of(const BinMeasurement& measured, const BulkRig& rig);
@@ -48,6 +51,10 @@ class BinComparison final : public Comparison {
   // is known. Scenes of the ensemble are the films, in this order.
   explicit BinComparison(std::vector<FilmedBin> films);
 
+  // Whether the films tell the constants of the flow's laws, which the requested form needs: two
+  // orifices through which particles flow, and how densely the bed lies.
+  bool tells_laws() const;
+
   const std::vector<FilmedBin>& films() const { return films_; }
   const std::vector<OrificeMean>& orifices() const { return orifices_; }
   const BinScatter& scatter() const { return scatter_; }
@@ -55,10 +62,13 @@ class BinComparison final : public Comparison {
   // J = mean over the kinds (velocities only where any film has them) of the mean of rho(z), z =
   // (S - D)/u, rho of objective.h, with D
   // and S the means over an orifice's films and their simulations, and u = s sqrt(2/n): both
-  // scatter alike. A kind counts once, however many numbers it has.
+  // scatter alike. A kind counts once, however many numbers it has. Kinds of the smooth form are
+  // rates, remaining particles and velocities; of the requested one Beverloo's C, his k, and the
+  // kinematic B of each orifice.
   double objective(std::span<const SimulatedRun> runs) const override;
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
+  // By the smooth form: one orifice tells no law.
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
   // Residuals of films against their simulations, about the mean of their orifice, are drawn anew
   // for every orifice from all orifices together: with three films each, an orifice alone has too
@@ -72,13 +82,17 @@ class BinComparison final : public Comparison {
                         const BootstrapOptions& options) const override;
   // Null: an evaluation has one simulation of every film, and none to spare.
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const override;
+  std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm form) const override;
+  datasets::ObjectiveForm form() const override {
+    return laws_ ? datasets::ObjectiveForm::requested : datasets::ObjectiveForm::smooth;
+  }
 
-  // Shares of J at these runs: rates, remaining, velocities.
-  struct Shares {
-    double rate = 0.0, remaining = 0.0, velocity = 0.0;
-    int kinds = 3;  // 2 where no velocities are known
-    double total() const { return (rate + remaining + velocity) / kinds; }
+  // What each kind of quantity adds to J at these runs: the mean of its rho(z). J is their mean.
+  struct Share {
+    std::string_view kind;
+    double value = 0.0;
   };
+  using Shares = std::vector<Share>;
   Shares shares(std::span<const SimulatedRun> runs) const;
   // Mean over the simulations of an orifice's films, kg/s; a run that did not complete counts as 0.
   double simulated_rate(const OrificeMean& orifice, std::span<const SimulatedRun> runs) const;
@@ -94,11 +108,24 @@ class BinComparison final : public Comparison {
   // z of one orifice: its rate, its remaining particles, its velocities (NaN where none was seen).
   std::vector<double> residuals_of(const Differences& difference, const OrificeMean& orifice) const;
   Shares shares_of(const std::vector<Differences>& of_orifices) const;
+  double objective_of(const std::vector<Differences>& of_orifices) const;
+  // The means of the films, or with these differences those of their simulations.
+  std::vector<MeanFlow> mean_flows(const std::vector<Differences>* of_orifices) const;
+  void learn_laws();
+  std::vector<double> law_residuals(const std::vector<Differences>& of_orifices) const;
+
+  // The laws of the films, and the scatter of what is compared of them.
+  struct Laws {
+    FlowLaws filmed;
+    BeverlooUncertainty uncertainty;  // of C and k of one mean
+    double relative_B = 0.0;          // standard deviation of one film, pooled over orifices
+  };
 
   std::vector<FilmedBin> films_;
   std::vector<BinNumbers> numbers_;  // of the films
   std::vector<OrificeMean> orifices_;
   BinScatter scatter_;
+  std::optional<Laws> laws_;  // of the requested form alone
 };
 
 }  // namespace graintruth::calibrate

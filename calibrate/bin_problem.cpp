@@ -16,7 +16,7 @@ namespace graintruth::calibrate {
 
 namespace {
 
-constexpr const char* numbers_version = "2";  // see problem.cpp
+constexpr const char* numbers_version = "3";  // see problem.cpp
 // Where tracks state no error: far below any camera's, and enough for seeds to tell runs apart.
 constexpr datasets::Pose least_error{1.0e-5, 1.0e-5, 1.0e-4};
 constexpr double curve_frame_interval = 0.01;  // s; as finely as a film shows when particles leave
@@ -216,6 +216,18 @@ BinProblem make_bin_problem(const datasets::Experiment& experiment,
         "{}: no orifice that is calibrated on has two films; the scatter between films of the same "
         "orifice is the only measure of how exactly its rate is known.",
         experiment.file.string()));
+  }
+  if (experiment.objective == datasets::ObjectiveForm::requested) {
+    std::shared_ptr<const Comparison> by_laws =
+        problem.calibrated->with_form(datasets::ObjectiveForm::requested);
+    if (!by_laws) {
+      throw datasets::InputError(fmt::format(
+          "{}: tune.objective = \"requested\" compares Beverloo's C and k, which take tracks of "
+          "particles that flow steadily through two orifices that are calibrated on; use "
+          "\"smooth\".",
+          experiment.file.string()));
+    }
+    problem.calibrated = std::static_pointer_cast<const BinComparison>(by_laws);
   }
   return problem;
 }

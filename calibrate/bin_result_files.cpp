@@ -163,7 +163,8 @@ Json comparison_json(const OrificeComparison& row) {
           {"numerical_uncertainty_kg_per_s", row.numerical_error},
           {"filmed_jams", probability_json(row.filmed_jams)},
           {"simulated_jams", probability_json(row.simulated_jams)},
-          {"curve_inside", row.curve_inside}};
+          {"curve_inside", row.curve_inside},
+          {"stagnant_overlap", row.stagnant_overlap}};
 }
 
 void write_curves(const datasets::RunFolder& folder, const BinScore& result) {
@@ -232,6 +233,25 @@ void write_profile_comparison(const datasets::RunFolder& folder,
   datasets::write_csv(folder.table("velocity_comparison"), table);
 }
 
+// Of each orifice: up to where the bed stands still beside the flow, mean over films and runs.
+void write_boundaries(const datasets::RunFolder& folder,
+                      const BinProblem& problem,
+                      const BinScore& result) {
+  Table table({"orifice_m", "x_m", "filmed_height_m", "simulated_height_m"});
+  for (const OrificeComparison& row : result.orifices) {
+    const std::size_t columns = std::min(row.filmed_stagnant.size(), row.simulated_stagnant.size());
+    const double width = problem.all->films().front().rig.width;
+    for (std::size_t column = 0; column < columns; ++column) {
+      const double share = (static_cast<double>(column) + 0.5) / static_cast<double>(columns);
+      table.add({number_text(row.orifice),
+                 number_text((share - 0.5) * width),
+                 number_text(row.filmed_stagnant[column]),
+                 number_text(row.simulated_stagnant[column])});
+    }
+  }
+  datasets::write_csv(folder.table("stagnant_boundary"), table);
+}
+
 void write_rates(const datasets::RunFolder& folder, const BinScore& result) {
   Table table({"orifice_m",
                "held_out",
@@ -281,11 +301,11 @@ void write_bin_score(const datasets::RunFolder& folder,
                      Json& json) {
   write_curves(folder, score);
   write_profile_comparison(folder, problem, score);
+  write_boundaries(folder, problem, score);
   write_rates(folder, score);
   json["objective"]["best"] = problem.calibrated->objective(score.calibrated_runs);
-  json["objective"]["shares"] = {{"flow_rate", score.shares.rate},
-                                 {"remaining", score.shares.remaining},
-                                 {"velocity_profile", score.shares.velocity}};
+  for (const auto& [kind, value] : score.shares)
+    json["objective"]["shares"][std::string(kind)] = value;
   const BinScatter& scatter = problem.calibrated->scatter();
   json["replicate_scatter"] = {{"relative_rate", scatter.relative_rate},
                                {"remaining_particles", scatter.remaining},

@@ -54,6 +54,21 @@ Probability jams_of(const std::vector<FilmedBin>& bins, double orifice) {
   return probability_of(jams, runs);
 }
 
+// Stagnant heights, mean over the runs through one orifice that flowed steadily.
+std::vector<double> mean_boundary(const std::vector<FilmedBin>& bins, double orifice) {
+  std::vector<double> sum;
+  double runs = 0.0;
+  for (const FilmedBin& bin : bins) {
+    const std::vector<double>& heights = bin.measured.stagnant_heights;
+    if (bin.rig.orifice != orifice || heights.empty()) continue;
+    sum.resize(heights.size(), 0.0);
+    for (std::size_t column = 0; column < heights.size(); ++column) sum[column] += heights[column];
+    ++runs;
+  }
+  for (double& height : sum) height /= runs;
+  return sum;
+}
+
 // Mean, lowest and highest count of discharged particles.
 struct Counts {
   double mean = 0.0, lowest = 0.0, highest = 0.0;
@@ -174,6 +189,9 @@ class BinScorer {
       if (!of_input.empty()) means.push_back(mean_of(of_input));
     }
     if (means.size() > 1) row.input_error = summarise(means).standard_deviation;
+    row.filmed_stagnant = mean_boundary(films, row.orifice);
+    row.simulated_stagnant = mean_boundary(simulated_, row.orifice);
+    row.stagnant_overlap = datasets::stagnant_overlap(row.filmed_stagnant, row.simulated_stagnant);
     row.filmed_jams = jams_of(films, row.orifice);
     row.simulated_jams = jams_of(simulated_, row.orifice);
     result_.curves.push_back(curve_of(films, row));

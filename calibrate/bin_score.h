@@ -1,6 +1,7 @@
 // How well simulations at given parameters reproduce what ran out of a bin on film.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "calibrate/bin_fits.h"
@@ -35,6 +36,10 @@ struct OrificeComparison {
   // Share of the film's duration in which the mean simulated discharge curve lies where a further
   // film would with 95 %.
   double curve_inside = 0.0;
+  // m, by columns half a particle diameter wide (see BinMeasurement): what stands still while the
+  // rest flows, mean over films and over fresh runs. Empty where none flowed steadily.
+  std::vector<double> filmed_stagnant, simulated_stagnant;
+  double stagnant_overlap = std::numeric_limits<double>::quiet_NaN();  // of the two areas, 0 to 1
 
   double error() const { return simulated - filmed; }
   double validation_uncertainty() const;

@@ -337,6 +337,34 @@ datasets::StagnantMap measure_stagnant(const Trajectories& tracks,
   return map;
 }
 
+namespace {
+
+// At five moments of the steady stretch, each over the time in which a particle falls by its own
+// diameter: what is still for so long has not moved by a tenth of that.
+std::vector<double> mean_stagnant_heights(const Trajectories& tracks,
+                                          const BulkRig& rig,
+                                          const BedShape& at_rest,
+                                          const SteadyRate& steady) {
+  constexpr int moments = 5;
+  const double height = *std::max_element(at_rest.surface.begin(), at_rest.surface.end());
+  const double watched = std::sqrt(2.0 * rig.particle_diameter / rig.gravity);
+  std::vector<double> mean;
+  for (int i = 0; i < moments; ++i) {
+    const double time = steady.from + (steady.to - steady.from) * (i + 0.5) / moments;
+    const std::size_t from = frame_at(tracks, time - 0.5 * watched),
+                      to = frame_at(tracks, time + 0.5 * watched);
+    if (from >= to || !(height > 0.0)) return {};
+    const std::vector<double> heights =
+        datasets::stagnant_heights(measure_stagnant(tracks, rig, height, from, to), rig.orifice);
+    mean.resize(heights.size(), 0.0);
+    for (std::size_t column = 0; column < heights.size(); ++column)
+      mean[column] += heights[column] / moments;
+  }
+  return mean;
+}
+
+}  // namespace
+
 BinMeasurement measure_bin(const Trajectories& tracks,
                            const BulkRig& rig,
                            std::optional<double> profile_height) {
@@ -356,6 +384,7 @@ BinMeasurement measure_bin(const Trajectories& tracks,
   const double until = profile_end(tracks, rig, height, *steady);
   VelocityProfile profile = measure_profile(tracks, rig, height, steady->from, until);
   if (profile.samples.size() >= 4) measured.profile = std::move(profile);
+  measured.stagnant_heights = mean_stagnant_heights(tracks, rig, measured.at_rest, *steady);
   return measured;
 }
 

@@ -119,6 +119,10 @@ struct BinMeasurement {
   BedShape at_rest;              // at time 0
   double flowing_density = 0.0;  // kg/m2, mean over the steady stretch; 0 where nothing was steady
   VelocityProfile profile;       // without samples where nothing was steady
+  // m, of the boundary of what stands still while the rest flows steadily, by columns half a
+  // diameter wide: mean over moments of datasets::stagnant_heights. NaN over the orifice; empty
+  // where nothing was steady.
+  std::vector<double> stagnant_heights;
 };
 
 // `profile_height` (m) is where a velocity profile is taken; where it is not given, half way up the

@@ -68,6 +68,10 @@ class Comparison {
   // The same comparison with simulated runs in place of the filmed replicates; null where these
   // are too few to show a spread.
   virtual std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const = 0;
+  // The same replicates compared by an objective of this form; null where they do not tell what it
+  // needs.
+  virtual std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm form) const = 0;
+  virtual datasets::ObjectiveForm form() const = 0;
 };
 
 // Standard deviation over draws of the difference between the objectives of two evaluations.

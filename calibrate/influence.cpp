@@ -70,8 +70,9 @@ std::vector<InfluenceRow> influence_of_each(const TrackComparison& comparison,
     for (std::size_t i = 0; i < replicates.size(); ++i) {
       std::vector<datasets::Trajectories> rest = replicates;
       rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
-      rows.push_back(best_without(
-          fmt::format("replicate {}", i + 1), TrackComparison(std::move(rest)), candidates));
+      rows.push_back(best_without(fmt::format("replicate {}", i + 1),
+                                  TrackComparison(std::move(rest), comparison.form()),
+                                  candidates));
     }
   }
   const auto particles = static_cast<std::size_t>(replicates.front().particles);
@@ -83,8 +84,9 @@ std::vector<InfluenceRow> influence_of_each(const TrackComparison& comparison,
       std::vector<Candidate> reduced;
       for (const Candidate& candidate : candidates)
         reduced.push_back({candidate.evaluation, without_particle(candidate.mean, particle)});
-      rows.push_back(best_without(
-          fmt::format("particle {}", particle + 1), TrackComparison(std::move(rest)), reduced));
+      rows.push_back(best_without(fmt::format("particle {}", particle + 1),
+                                  TrackComparison(std::move(rest), comparison.form()),
+                                  reduced));
     }
   }
   return rows;

@@ -138,6 +138,8 @@ std::vector<double> numbers_of(const BinMeasurement& bin) {
     for (const double value : {sample.x, sample.velocity, sample.standard_uncertainty})
       numbers.push_back(value);
   }
+  numbers.push_back(static_cast<double>(bin.stagnant_heights.size()));
+  numbers.insert(numbers.end(), bin.stagnant_heights.begin(), bin.stagnant_heights.end());
   return numbers;
 }
 
@@ -172,6 +174,8 @@ BinMeasurement bin_of(const std::vector<double>& numbers) {
     sample.velocity = number();
     sample.standard_uncertainty = number();
   }
+  bin.stagnant_heights.resize(count());
+  for (double& height : bin.stagnant_heights) height = number();
   return bin;
 }
 

@@ -46,6 +46,11 @@ double pooled_variance(const Band& band,
   return count == 0 ? 0.0 : sum / count;
 }
 
+double loss(datasets::ObjectiveForm form, double z) {
+  if (form == datasets::ObjectiveForm::smooth) return pseudo_huber(z);
+  return std::abs(z) > 1.0 ? 1.0 : 0.0;
+}
+
 }  // namespace
 
 double pseudo_huber(double z) { return std::sqrt(1.0 + 0.25 * z * z) - 1.0; }
@@ -70,6 +75,19 @@ HalfWidths smooth_half_widths(const Band& replicates,
             critical_value(Critical::student_t, spread.count) * std::sqrt(variance / spread.count),
             floor);
       }
+    }
+  }
+  return widths;
+}
+
+HalfWidths agreement_half_widths(const Band& replicates) {
+  HalfWidths widths{.form = datasets::ObjectiveForm::requested};
+  for (const auto& spreads : replicates.spreads) {
+    auto& half_width = widths.half_width.emplace_back();
+    for (std::size_t q = 0; q < quantities.size(); ++q) {
+      if (spreads[q].count < 2) continue;
+      half_width[q] = critical_value(Critical::student_t, spreads[q].count) *
+                      spreads[q].standard_deviation / std::sqrt(spreads[q].count);
     }
   }
   return widths;
@@ -100,7 +118,7 @@ double objective(const datasets::Trajectories& replicate_mean,
                  const datasets::Trajectories& simulated_mean) {
   const std::vector<double> all = residuals(replicate_mean, widths, simulated_mean);
   double sum = 0.0;
-  for (const double z : all) sum += pseudo_huber(z);
+  for (const double z : all) sum += loss(widths.form, z);
   return all.empty() ? 0.0 : sum / static_cast<double>(all.size());
 }
 

@@ -1,36 +1,42 @@
-// The smooth companion of the agreement, which the optimiser minimises: pseudo-Huber loss of the
-// distance between the simulated mean and the replicates' mean, in units of the replicates'
-// interval.
+// What the optimiser minimises where tracks are compared: a loss of the distance between the
+// simulated mean and the replicates' mean, in units of the replicates' interval.
 //
-//   z = (simulated mean - replicate mean) / h,   rho(z) = sqrt(1 + (z/2)^2) - 1,   J = mean of rho
-//   over all tests
+//   z = (simulated mean - replicate mean) / h,   J = mean of rho(z) over all tests
+//   smooth      rho(z) = sqrt(1 + (z/2)^2) - 1
+//   requested   rho(z) = 1 where |z| > 1, else 0: J is one minus the agreement (eqs 4.2, 4.3)
 //
-// rho grows linearly far out, so that one particle that goes astray does not rule the fit (Huber
-// 1964).
+// The smooth rho grows linearly far out, so that one particle that goes astray does not rule the
+// fit (Huber 1964). The requested one is as rough as it is plain: it does not tell near from far.
 #pragma once
 
 #include <span>
 #include <vector>
 
 #include "calibrate/measure.h"
+#include "datasets/experiment.h"
 
 namespace graintruth::calibrate {
 
-// Interval half widths h of the smooth objective, with two changes against eq 4.2: the variance is
-// shrunk half way towards that of neighbouring frames (five values tell little of a variance), and
-// h never falls below the error of the measurement (all replicates start alike, so the thesis's
-// interval is almost empty at first).
+// Interval half widths h, and the loss that goes with them.
 struct HalfWidths {
   std::vector<std::array<double, 3>> half_width;  // m, m, rad; frame-major
+  datasets::ObjectiveForm form = datasets::ObjectiveForm::smooth;
 };
 
-// rho(z) of the text above.
+// The smooth rho(z) of the text above.
 double pseudo_huber(double z);
 
-// Half widths from the replicates and from the measurement error of their tracks (standard
-// deviations of single positions, where known).
+// Half widths of the smooth form, from the replicates and from the measurement error of their
+// tracks (standard deviations of single positions, where known), with two changes against eq 4.2:
+// the variance is shrunk half way towards that of neighbouring frames (five values tell little of a
+// variance), and h never falls below the error of the measurement (all replicates start alike, so
+// the thesis's interval is almost empty at first).
 HalfWidths smooth_half_widths(const Band& replicates,
                               std::span<const datasets::Trajectories> tracks);
+
+// Half widths of the requested form: eq 4.2 with Student's t, as the agreement has them. Where
+// replicates do not differ at all nothing is compared.
+HalfWidths agreement_half_widths(const Band& replicates);
 
 // z of the text above, frame after frame, for every value that can be compared; never NaN. How many
 // there are depends on the replicates only.

@@ -201,7 +201,8 @@ Problem make_problem(const datasets::Experiment& experiment,
   for (const datasets::Trajectories& track : tracks)
     replicates.push_back(
         compared_part(datasets::sample(track, times), experiment.measurement.compared));
-  problem.comparison = std::make_shared<TrackComparison>(std::move(replicates));
+  problem.comparison =
+      std::make_shared<TrackComparison>(std::move(replicates), experiment.objective);
   problem.starts = measure_starts(tracks);
   complete_angles(experiment, problem.starts);
   for (std::size_t particle = 0; particle < problem.starts.mean.size(); ++particle) {

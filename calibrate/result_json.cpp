@@ -79,6 +79,22 @@ void add_given_parameters(const datasets::Experiment& experiment,
   }
 }
 
+namespace {
+
+Json best_json(const BestByObjective& best) {
+  const auto value_or_null = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+  };
+  Json json = {{"form", datasets::name_of(best.form)},
+               {"smooth", value_or_null(best.smooth)},
+               {"requested", value_or_null(best.requested)}};
+  for (const std::string_view name : parameter_names)
+    json["parameters"][std::string(name)] = value_of(best.parameters, name);
+  return json;
+}
+
+}  // namespace
+
 void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json) {
   for (const CalibratedParameter& parameter : result.calibrated)
     json["parameters"][parameter.name] = parameter_json(parameter);
@@ -86,7 +102,10 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
   json["objective"] = {{"best", nullptr},
                        {"noise", result.objective_noise},
                        {"search_seeds", options.search_seeds},
-                       {"stop_reason", result.stop_reason}};
+                       {"stop_reason", result.stop_reason},
+                       {"form", datasets::name_of(result.objective_form)}};
+  for (const BestByObjective& best : result.by_objective)
+    json["objective"]["by_form"].push_back(best_json(best));
   if (const auto& quality = result.surrogate) {
     json["surrogate"] = {{"leave_one_out_error", quality->leave_one_out_error},
                          {"value_spread", quality->value_spread},

@@ -581,6 +581,8 @@ void Search::choose() {
 
 // 11. Values, intervals and what must be said of them.
 SearchResult Search::finish() {
+  result_.objective_form = ensemble_.comparison().form();
+  result_.by_objective = best_by_each_objective(ensemble_.comparison(), result_.evaluations);
   for (CalibratedParameter& parameter : result_.calibrated) {
     parameter.value = value_of(result_.parameters, parameter.name);
     for (const Profile& profile : result_.profiles) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/best_by_objective.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/identifiability.h"
 #include "calibrate/optimiser.h"
@@ -85,6 +86,8 @@ struct SearchResult {
   TimeStepChoice time_step;
   double objective_noise = 0.0;         // of the confirmed parameters
   std::vector<Evaluation> evaluations;  // of the search, in order
+  datasets::ObjectiveForm objective_form = datasets::ObjectiveForm::smooth;
+  std::vector<BestByObjective> by_objective;  // what either form would have chosen of these
   std::string stop_reason;
   std::vector<Profile> profiles;             // of those that show an effect
   std::vector<PosteriorMarginal> posterior;  // of the tuned parameters, on the surrogate

@@ -71,11 +71,14 @@ datasets::Trajectories mean_of_runs(std::span<const SimulatedRun> runs) {
   return mean_track(measure(tracks));
 }
 
-TrackComparison::TrackComparison(std::vector<datasets::Trajectories> replicates)
+TrackComparison::TrackComparison(std::vector<datasets::Trajectories> replicates,
+                                 datasets::ObjectiveForm form)
     : replicates_(std::move(replicates)) {
   target_.replicates = measure(replicates_);
   target_.mean = mean_track(target_.replicates);
-  target_.widths = smooth_half_widths(target_.replicates, replicates_);
+  target_.widths = form == datasets::ObjectiveForm::smooth
+                       ? smooth_half_widths(target_.replicates, replicates_)
+                       : agreement_half_widths(target_.replicates);
 }
 
 double TrackComparison::objective(std::span<const SimulatedRun> runs) const {
@@ -146,7 +149,11 @@ std::unique_ptr<Comparison> TrackComparison::with_replicates(
     std::span<const SimulatedRun> runs) const {
   std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
   if (tracks.size() < 2) return nullptr;
-  return std::make_unique<TrackComparison>(std::move(tracks));
+  return std::make_unique<TrackComparison>(std::move(tracks), form());
+}
+
+std::unique_ptr<Comparison> TrackComparison::with_form(datasets::ObjectiveForm form) const {
+  return std::make_unique<TrackComparison>(replicates_, form);
 }
 
 // D of the text in the header: the objective of one model's mean as if the other's were measured.

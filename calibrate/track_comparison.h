@@ -6,7 +6,7 @@
 
 namespace graintruth::calibrate {
 
-// Replicates' mean and spread, and the half widths of the smooth objective.
+// Replicates' mean and spread, and the half widths of the objective.
 struct Target {
   Band replicates;
   datasets::Trajectories mean;  // of the replicates
@@ -16,7 +16,8 @@ struct Target {
 class TrackComparison final : public Comparison {
  public:
   // Replicates share their times.
-  explicit TrackComparison(std::vector<datasets::Trajectories> replicates);
+  explicit TrackComparison(std::vector<datasets::Trajectories> replicates,
+                           datasets::ObjectiveForm form = datasets::ObjectiveForm::smooth);
 
   const std::vector<datasets::Trajectories>& replicates() const { return replicates_; }
   const Target& target() const { return target_; }
@@ -41,6 +42,8 @@ class TrackComparison final : public Comparison {
                         double roughness,
                         const BootstrapOptions& options) const override;
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const override;
+  std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm form) const override;
+  datasets::ObjectiveForm form() const override { return target_.widths.form; }
 
  private:
   double distance(const Evaluation& first, const Evaluation& second) const;

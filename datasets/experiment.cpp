@@ -335,10 +335,20 @@ void read_tuned(TomlSection section, Experiment& experiment) {
   } else if (rule != "gate") {
     section.fail("time_step", "must be \"gate\" or \"joint\"");
   }
+  const std::string objective = section.optional_text("objective").value_or("smooth");
+  if (objective == name_of(ObjectiveForm::requested)) {
+    experiment.objective = ObjectiveForm::requested;
+  } else if (objective != name_of(ObjectiveForm::smooth)) {
+    section.fail("objective", "must be \"smooth\" or \"requested\"");
+  }
   section.finish();
 }
 
 }  // namespace
+
+std::string_view name_of(ObjectiveForm form) {
+  return form == ObjectiveForm::smooth ? "smooth" : "requested";
+}
 
 Experiment load_experiment(const std::filesystem::path& file) {
   const toml::table parsed = parse_toml(file);

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "datasets/track_files.h"
@@ -138,6 +139,12 @@ struct TunedParameter {
 // or as one more axis of the search, where it may be traded against the parameters.
 enum class TimeStepRule { gate, joint };
 
+// What the search minimises: the smooth distance of what was measured, or what the model is judged
+// by in the end: one minus the agreement of tracks, and for bins the constants of Beverloo's law
+// and of the kinematic model.
+enum class ObjectiveForm { smooth, requested };
+std::string_view name_of(ObjectiveForm form);
+
 struct Experiment {
   std::filesystem::path file;
   std::string name;  // stem of the file: names the run folder
@@ -152,6 +159,7 @@ struct Experiment {
   Measurement measurement;
   std::vector<TunedParameter> tuned;
   TimeStepRule time_step_rule = TimeStepRule::gate;
+  ObjectiveForm objective = ObjectiveForm::smooth;
 };
 
 // Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key

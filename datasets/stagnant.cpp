@@ -60,4 +60,17 @@ double stagnant_overlap(const StagnantMap& a, const StagnantMap& b) {
   return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 1.0;
 }
 
+double stagnant_overlap(std::span<const double> a, std::span<const double> b) {
+  double both = 0.0, either = 0.0;
+  bool is_known = false;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    if (std::isnan(a[i]) || std::isnan(b[i])) continue;
+    is_known = true;
+    both += std::min(a[i], b[i]);
+    either += std::max(a[i], b[i]);
+  }
+  if (!is_known) return std::numeric_limits<double>::quiet_NaN();
+  return either > 0.0 ? both / either : 1.0;
+}
+
 }  // namespace graintruth::datasets

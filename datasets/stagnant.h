@@ -2,6 +2,7 @@
 // it, and for tracks, from which it is computed.
 #pragma once
 
+#include <span>
 #include <vector>
 
 namespace graintruth::datasets {
@@ -32,5 +33,10 @@ std::vector<double> stagnant_heights(const StagnantMap& map, double orifice_widt
 // Share of the places that stand still in one map or in both that do so in both (intersection over
 // union); 1 where nothing stands still in either. The maps must be of one bin.
 double stagnant_overlap(const StagnantMap& a, const StagnantMap& b);
+
+// The same of the areas below two lines of stagnant heights over the same columns:
+//   sum min(a, b) / sum max(a, b)
+// over columns in which both are known; NaN where there are none, 1 where nothing stands still.
+double stagnant_overlap(std::span<const double> a, std::span<const double> b);
 
 }  // namespace graintruth::datasets

@@ -190,6 +190,39 @@ Figure profile_figure(const datasets::Table& table) {
   return figure;
 }
 
+Figure boundary_figure(const datasets::Table& table) {
+  Figure figure{
+      .id = "flow-stagnant",
+      .caption =
+          "Up to where the bed stands still beside the flow, in columns half a particle "
+          "diameter wide; mean over films and over simulated runs.",
+      .height = 380,
+      .layout = {{"xaxis", axis("Place across the bin (mm)")}, {"yaxis", axis("Height (mm)")}},
+      .menu = "Orifice",
+      .choices = {}};
+  for (const double orifice : orifices_of(table)) {
+    const Selected rows = select(table, orifice);
+    const std::vector<double> x = rows.of(column(table, "x_m"), 1e3);
+    FigureChoice choice{.label = millimetres(orifice)};
+    choice.traces.push_back(
+        line(x, rows.of(column(table, "filmed_height_m"), 1e3), "films", "var(--measured-strong)"));
+    choice.traces.push_back(line(
+        x, rows.of(column(table, "simulated_height_m"), 1e3), "simulation", "var(--simulated)"));
+    figure.choices.push_back(std::move(choice));
+  }
+  return figure;
+}
+
+// Of each orifice, how far the regions that stand still coincide.
+TableView overlap_table(const Json& rows) {
+  TableView table("Regions that stand still: area common to films and simulation over that of both",
+                  {{"Orifice"}, {"Overlap"}});
+  for (const Json& row : rows)
+    table.add_row(
+        {millimetres(number(row, {"orifice_m"})), decimal(number(row, {"stagnant_overlap"}), 2)});
+  return table;
+}
+
 // q^(2/3) against D, where Beverloo's law is a straight line through D = k d.
 Figure beverloo_figure(const Json& rows) {
   FigureChoice choice;
@@ -223,7 +256,10 @@ Figure beverloo_figure(const Json& rows) {
 }
 
 TableView derived_table(const Json& result) {
-  TableView table("Derived from the rates and profiles above; nothing was fitted to these numbers",
+  TableView table(fmt::format("Derived from the rates and profiles above; {}",
+                              text(result, {"objective", "form"}) == "requested"
+                                  ? "the search went by these numbers"
+                                  : "nothing was fitted to these numbers"),
                   {{"Quantity", Align::left}, {"Films"}, {"Simulation"}});
   const auto beverloo = [&](const char* source, const char* name, int index) {
     const Json& fit = at(result, {"beverloo", source});
@@ -331,17 +367,26 @@ Section flow_section(const RunData& data, Section section) {
   if (const auto curves = data.table("discharge_curves")) section.add_figure(curve_figure(*curves));
   if (const auto profiles = data.table("velocity_comparison"))
     section.add_figure(profile_figure(*profiles));
+  if (const auto boundaries = data.table("stagnant_boundary")) {
+    section.add_figure(boundary_figure(*boundaries));
+    section.add_table(overlap_table(rows));
+  }
   section.add_figure(beverloo_figure(rows));
   section.add_table(derived_table(data.result));
-  const Json& shares = at(data.result, {"objective", "shares"});
+  std::vector<std::string> left;
+  for (const auto& [kind, words] : {std::pair("flow_rate", "flow rates"),
+                                    std::pair("remaining", "particles that stay behind"),
+                                    std::pair("velocity_profile", "velocity profiles"),
+                                    std::pair("beverloo_C", "Beverloo's C"),
+                                    std::pair("beverloo_k", "Beverloo's k"),
+                                    std::pair("kinematic_B", "kinematic B")}) {
+    const double share = number(data.result, {"objective", "shares", kind});
+    if (std::isfinite(share)) left.push_back(fmt::format("{} {}", words, significant(share, 2)));
+  }
   section.add_paragraph(fmt::format(
-      "What is left of the objective at these parameters, by kind of quantity: flow rates {}, "
-      "particles that stay behind {}, velocity profiles {}; 0 is perfect agreement of the means, "
-      "and "
-      "each kind weighs alike.",
-      significant(number(shares, {"flow_rate"}), 2),
-      significant(number(shares, {"remaining"}), 2),
-      significant(number(shares, {"velocity_profile"}), 2)));
+      "What is left of the objective at these parameters, by kind of quantity: {}; 0 is "
+      "perfect agreement of the means, and each kind weighs alike.",
+      fmt::join(left, ", ")));
   return section;
 }
 

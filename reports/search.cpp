@@ -228,6 +228,39 @@ const ThesisRms* thesis_value(double friction) {
   return nullptr;
 }
 
+// What the form of the objective that was not searched by would have chosen.
+void add_other_objective(const RunData& data, Section& section) {
+  const Json& forms = at(data.result, {"objective", "by_form"});
+  if (!forms.is_array() || forms.size() < 2) return;
+  section.add_paragraph(fmt::format(
+      "The search went by the {} objective. The smooth one is the distance from what was measured "
+      "in units of its uncertainty; the requested one is {}. Of the evaluations that were made, "
+      "either form prefers:",
+      text(data.result, {"objective", "form"}),
+      data.is_flow()
+          ? "the distance of Beverloo's C and k and of the kinematic B in units of theirs"
+          : "one minus the agreement"));
+  TableView view("The best evaluation by either form of the objective",
+                 {{"Form", Align::left},
+                  {"Friction between particles"},
+                  {"Friction with the wall"},
+                  {"Restitution"},
+                  {"Smooth objective"},
+                  {"Requested objective"}});
+  for (const Json& best : forms) {
+    const auto parameter = [&](const char* name) {
+      return decimal(number(best, {"parameters", name}), 3);
+    };
+    view.add_row({text(best, {"form"}),
+                  parameter("friction_particle_particle"),
+                  parameter("friction_particle_wall"),
+                  parameter("restitution"),
+                  significant(number(best, {"smooth"}), 3),
+                  significant(number(best, {"requested"}), 3)});
+  }
+  section.add_table(view);
+}
+
 }  // namespace
 
 Section search_section(const RunData& data, Section section) {
@@ -261,6 +294,7 @@ Section search_section(const RunData& data, Section section) {
     }
     const std::string reason = text(data.result, {"objective", "stop_reason"});
     if (!reason.empty()) section.add_paragraph(fmt::format("Why the search ended: {}.", reason));
+    add_other_objective(data, section);
     section.add_table(stage_table(all));
     section.add_figure(convergence_figure(all));
     section.add_figure(plane_figure(data, all));

@@ -132,8 +132,8 @@ TEST(BinComparison, RatesCountByTheirOwnScatter) {
     for (double& time : run.bin.discharge.times) time /= 1.0 + change;
   }
   const double z = change / (problem.all->scatter().relative_rate * std::sqrt(2.0 / 3.0));
-  EXPECT_NEAR(problem.all->shares(runs).rate, pseudo_huber(z), 1e-9);
-  EXPECT_EQ(problem.all->shares(runs).remaining, 0.0);
+  EXPECT_NEAR(problem.all->shares(runs)[0].value, pseudo_huber(z), 1e-9);
+  EXPECT_EQ(problem.all->shares(runs)[1].value, 0.0);
   EXPECT_EQ(problem.all->scatter().freedom, 8);
 }
 
@@ -158,6 +158,55 @@ TEST(BinComparison, FailedAndJammedRunsAreResults) {
   }
   EXPECT_GT(problem.all->objective(runs), 1.0);
   EXPECT_TRUE(std::isfinite(problem.all->score_run(runs[0], 0).objective));
+}
+
+// Rates that all change by the same share change C by that share and nothing else.
+TEST(BinComparison, ComparesLawsInTheRequestedForm) {
+  const BinProblem problem = problem_of({0.3, 0.3, 0.7}, 0.03, 1);
+  const auto laws = problem.calibrated->with_form(datasets::ObjectiveForm::requested);
+  ASSERT_NE(laws, nullptr);
+  std::vector<SimulatedRun> runs = runs_of(*problem.calibrated);
+  EXPECT_NEAR(laws->objective(runs), 0.0, 1e-12);
+  const double change = 0.05;
+  for (SimulatedRun& run : runs) {
+    for (double& time : run.bin.discharge.times) time /= 1.0 + change;
+  }
+  const std::vector<double> z = laws->residuals(runs);
+  ASSERT_EQ(z.size(), 2U + 3U);  // C, k, and B of three orifices
+  EXPECT_GT(z[0], 0.5);
+  EXPECT_NEAR(z[1], 0.0, 1e-3);
+  for (std::size_t i = 2; i < z.size(); ++i) EXPECT_NEAR(z[i], 0.0, 1e-9);
+  EXPECT_NEAR(laws->objective(runs), pseudo_huber(z[0]) / 3.0, 1e-6);
+  EXPECT_GT(laws->noise(runs), 0.0);
+  // Profiles twice as wide have a larger B, and nothing else changes
+  runs = runs_of(*problem.calibrated);
+  for (SimulatedRun& run : runs) {
+    for (VelocitySample& sample : run.bin.profile.samples)
+      sample.velocity = std::sqrt(std::max(sample.velocity, 0.0));
+  }
+  const std::vector<double> wide = laws->residuals(runs);
+  EXPECT_NEAR(wide[0], 0.0, 1e-9);
+  for (std::size_t i = 2; i < wide.size(); ++i) EXPECT_GT(wide[i], 1.0);
+}
+
+TEST(BinComparison, ScoresJamsByTheirLawsAndRefusesCurvesThatTellNone) {
+  BinProblem problem = problem_of({0.3, 0.3, 0.7}, 0.03, 1);
+  const auto laws = problem.calibrated->with_form(datasets::ObjectiveForm::requested);
+  std::vector<SimulatedRun> runs = runs_of(*problem.calibrated);
+  double last = 0.0;
+  for (SimulatedRun& run : runs) {
+    run.status = RunStatus::unstable;
+    run.bin = {};
+    const double objective = laws->objective(runs);
+    ASSERT_TRUE(std::isfinite(objective));
+    last = objective;
+  }
+  EXPECT_GT(last, 1.0);
+  EXPECT_TRUE(std::isfinite(laws->noise(runs)));
+  std::vector<FilmedBin> curves = problem.calibrated->films();
+  for (FilmedBin& film : curves) film.measured.flowing_density = 0.0;
+  EXPECT_EQ(BinComparison(curves).with_form(datasets::ObjectiveForm::requested), nullptr);
+  EXPECT_NE(BinComparison(curves).with_form(datasets::ObjectiveForm::smooth), nullptr);
 }
 
 TEST(BinCalibration, RecoversAKnownTruthAndPredictsWhatWasHeldOut) {

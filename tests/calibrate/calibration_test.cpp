@@ -220,6 +220,24 @@ TEST(Calibrate, ChoosesTheTimeStepByItsErrorUnlessAskedToSearchIt) {
   }));
 }
 
+TEST(Calibrate, SearchesByTheAgreementItselfWhereAsked) {
+  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const Problem usual = toy::problem(truth, 5, 11);
+  datasets::Experiment experiment = usual.experiment;
+  experiment.objective = datasets::ObjectiveForm::requested;
+  const Problem problem = make_problem(experiment, usual.comparison->replicates());
+  EXPECT_NE(problem.hash, usual.hash);
+  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+  EXPECT_EQ(result.objective_form, datasets::ObjectiveForm::requested);
+  EXPECT_NEAR(result.parameters.friction_particle_particle, 0.22, 0.05);
+  // Both forms are compared on the evaluations of the one search.
+  ASSERT_EQ(result.by_objective.size(), 2U);
+  const BestByObjective &smooth = result.by_objective[0], &requested = result.by_objective[1];
+  EXPECT_LE(*smooth.smooth, *requested.smooth);
+  EXPECT_LE(*requested.requested, *smooth.requested);
+  EXPECT_NEAR(*requested.requested, best_of(result.evaluations).objective, 1e-12);
+}
+
 TEST(Calibrate, WarnsBeforeItSpendsWhereTheDataLieBeyondTheModel) {
   const toy::Truth truth{.parameters = {0.55, 0.65, 0.7}, .noise = 0.001};
   Problem problem = toy::problem(truth, 5, 11);

@@ -34,6 +34,23 @@ TEST(Journal, GivesBackARunToTheLastBitAfterReopening) {
   }
 }
 
+TEST(Journal, GivesBackWhatWasMeasuredOfABin) {
+  const TemporaryFolder folder;
+  JournalRow row = row_at(0.1, 7);
+  row.run.bin.discharge = {.particles = 5, .over_orifice = 1, .to = 2.0, .times = {0.5, 0.75}};
+  row.run.bin.flowing_density = 6.0;
+  row.run.bin.profile.samples = {{0.01, 0.2, 0.0}, {0.02, 0.1, 0.0}};
+  row.run.bin.stagnant_heights = {0.03, 0.01, 0.02};
+  { Journal(folder / "j.db").add(row); }
+  const auto found = Journal(folder / "j.db").find("p", row.request);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->bin.discharge.times, row.run.bin.discharge.times);
+  EXPECT_EQ(found->bin.flowing_density, 6.0);
+  ASSERT_EQ(found->bin.profile.samples.size(), 2U);
+  EXPECT_EQ(found->bin.profile.samples[1].velocity, 0.1);
+  EXPECT_EQ(found->bin.stagnant_heights, row.run.bin.stagnant_heights);
+}
+
 TEST(Journal, DoesNotKnowAnotherProblemOrRequest) {
   const TemporaryFolder folder;
   Journal journal(folder / "j.db");

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "calibrate/agreement.h"
 #include "tests/calibrate/toy_experiment.h"
 
 namespace graintruth::calibrate {
@@ -40,6 +41,26 @@ TEST(Objective, IsFiniteForAModelThatSawNothing) {
   const double rest = objective_of_rest(mean, widths);
   EXPECT_TRUE(std::isfinite(rest));
   EXPECT_GT(rest, 1.0);
+}
+
+// Eq 4.3: what is minimised is exactly what the report scores.
+TEST(Objective, InTheRequestedFormIsOneMinusTheAgreement) {
+  const Problem problem = toy::problem({}, 5, 1);
+  const auto requested = problem.comparison->with_form(datasets::ObjectiveForm::requested);
+  EXPECT_EQ(requested->form(), datasets::ObjectiveForm::requested);
+  for (const ParameterSet& parameters :
+       {ParameterSet{0.2, 0.3, 0.7}, ParameterSet{0.4, 0.1, 0.7}}) {
+    const SimulatedRun run{.trajectories = toy::run(parameters, 0.01, 3)};
+    const double percent =
+        agreement(problem.comparison->target().replicates, run.trajectories, Critical::student_t)
+            .percent;
+    EXPECT_GT(percent, 0.0);
+    EXPECT_LT(percent, 100.0);
+    EXPECT_NEAR(requested->objective({&run, 1}), 1.0 - percent / 100.0, 1e-12);
+  }
+  const auto smooth = requested->with_form(datasets::ObjectiveForm::smooth);
+  const SimulatedRun run{.trajectories = toy::run({0.2, 0.3, 0.7}, 0.01, 3)};
+  EXPECT_EQ(smooth->objective({&run, 1}), problem.comparison->objective({&run, 1}));
 }
 
 TEST(SmoothHalfWidths, NeverFallBelowTheMeasurementsError) {

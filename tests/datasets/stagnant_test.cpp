@@ -54,5 +54,14 @@ TEST(Stagnant, OverlapIsIntersectionOverUnion) {
   EXPECT_EQ(stagnant_overlap(nothing, low), 0.0);
 }
 
+TEST(Stagnant, OverlapOfAreasBelowLinesLeavesOutWhatIsNotKnown) {
+  const double nan = std::nan("");
+  const std::vector<double> a = {0.02, nan, 0.04, 0.0}, b = {0.04, 0.1, 0.02, 0.0};
+  EXPECT_NEAR(stagnant_overlap(a, b), 0.04 / 0.08, 1e-12);
+  EXPECT_EQ(stagnant_overlap(a, a), 1.0);
+  EXPECT_EQ(stagnant_overlap(std::vector<double>{0.0}, std::vector<double>{0.0}), 1.0);
+  EXPECT_TRUE(std::isnan(stagnant_overlap(std::vector<double>{}, b)));
+}
+
 }  // namespace
 }  // namespace graintruth::datasets

@@ -390,6 +390,7 @@ void write_flow(const datasets::RunFolder& folder) {
                           "simulated_count",
                           "simulated_lower",
                           "simulated_upper"});
+  datasets::Table boundaries({"orifice_m", "x_m", "filmed_height_m", "simulated_height_m"});
   datasets::Table profiles({"orifice_m", "x_m", "source", "velocity_m_per_s", "lowest", "highest"});
   for (const double orifice : {0.05, 0.1}) {
     for (int i = 0; i <= 10; ++i) {
@@ -403,6 +404,7 @@ void write_flow(const datasets::RunFolder& folder) {
                   cell(0.8 * count),
                   cell(1.05 * count)});
       const double x = 0.014 * (i - 5);
+      boundaries.add({cell(orifice), cell(x), cell(0.5 * std::abs(x)), cell(0.6 * std::abs(x))});
       const double velocity = 2.0 * orifice * std::exp(-400.0 * x * x);
       for (const char* source : {"experiment", "simulation"}) {
         profiles.add({cell(orifice),
@@ -416,6 +418,7 @@ void write_flow(const datasets::RunFolder& folder) {
   }
   datasets::write_csv(folder.table("discharge_curves"), curves);
   datasets::write_csv(folder.table("velocity_comparison"), profiles);
+  datasets::write_csv(folder.table("stagnant_boundary"), boundaries);
 }
 
 }  // namespace
