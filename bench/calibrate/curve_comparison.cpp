@@ -75,10 +75,11 @@ std::vector<std::vector<double>> CurveComparison::draw_objectives(
   std::vector<std::vector<double>> drawn(static_cast<std::size_t>(options.draws));
   for (std::vector<double>& objectives : drawn) {
     // The same points for all evaluations
-    std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < points_.size(); ++i) chosen.push_back(which(generator));
+    std::vector<std::size_t> chosen(points_.size());
+    for (std::size_t& point : chosen) point = which(generator);
     for (const std::vector<double>& of_evaluation : seen) {
       std::vector<double> differences;
+      differences.reserve(chosen.size());
       for (const std::size_t point : chosen) differences.push_back(of_evaluation[point]);
       objectives.push_back(mean_square(differences));
     }

@@ -78,7 +78,8 @@ sim::Scene closed_box(const Hopper& hopper, std::uint64_t seed) {
     return sim::Vec3(x, y, z);
   };
   for (int i = 0; i < hopper.particles; ++i) {
-    const sim::Vec3 site(i % along, i / along % across, i / (along * across));
+    const int row = i / along, layer = row / across;
+    const sim::Vec3 site(i % along, row % across, layer);
     const sim::Vec3 middle = (site + sim::Vec3::Constant(0.5)).cwiseProduct(pitch);
     scene.add_body(type,
                    middle - sim::Vec3(side, front, 0.0) + slack.cwiseProduct(random()),
@@ -239,6 +240,16 @@ calibrate::Simulator make_hopper_simulator(const Hopper& hopper,
   return [=](const calibrate::SimulationRequest& request) {
     return simulate(hopper, rolling_friction, duration, folder, request);
   };
+}
+
+calibrate::Discharge discharge_of(const calibrate::SimulatedRun& run) {
+  calibrate::Discharge discharge = run.bin.discharge;
+  if (discharge.times.empty()) return discharge;
+  const double samples = std::ceil(discharge.times.back() / sample_interval) -
+                         std::floor(discharge.times.front() / sample_interval);
+  discharge.together =
+      static_cast<int>(std::ceil(static_cast<double>(discharge.times.size()) / samples));
+  return discharge;
 }
 
 }  // namespace graintruth::bench

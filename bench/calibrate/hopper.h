@@ -62,4 +62,9 @@ calibrate::Simulator make_hopper_simulator(const Hopper& hopper,
                                            double duration,
                                            const std::filesystem::path& folder);
 
+// What ran out of such a run. Runs are sampled, and of one read back from the journal it is no
+// longer known how many leave between two samples: their times say nothing of how regularly they
+// left.
+calibrate::Discharge discharge_of(const calibrate::SimulatedRun& run);
+
 }  // namespace graintruth::bench
