@@ -110,6 +110,7 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
                        {"noise", result.objective_noise},
                        {"search_seeds", options.search_seeds},
                        {"stop_reason", result.stop_reason}};
+  if (priors) json["objective"]["allowed_excess"] = result.prior_allowed_excess;
   if (const auto& quality = result.surrogate) {
     json["surrogate"] = {{"leave_one_out_error", quality->leave_one_out_error},
                          {"value_spread", quality->value_spread},

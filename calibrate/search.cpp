@@ -502,6 +502,7 @@ void Search::bring_in_prior() {
   if (space_.dimension() == 0) return;
   budget_ = options_.budget;
   prior_.weigh(allowed_by_data());
+  result_.prior_allowed_excess = prior_.allowed();
   for (const CalibratedParameter& parameter : result_.calibrated) {
     if (is_in_conflict(parameter)) warn_early(words_on_conflict(parameter));
   }
@@ -544,10 +545,8 @@ void Search::learn_landscape() {
 // or, if it shows no effect, at its prior's mean. Nowhere where priors give it an interval.
 std::optional<double> Search::held_value(const CalibratedParameter& parameter) const {
   if (parameter.status != ParameterStatus::not_identified) return std::nullopt;
-  if (!parameter.shows_effect) {
-    const double mean = parameter.prior ? parameter.prior->value : parameter.bench;
-    return parameter.prior ? std::clamp(mean, parameter.lower_bound, parameter.upper_bound) : mean;
-  }
+  if (!parameter.shows_effect && parameter.prior)
+    return std::clamp(parameter.prior->value, parameter.lower_bound, parameter.upper_bound);
   if (const Profile* profile = profile_of(parameter);
       profile != nullptr && prior_.is_weighed() && !(profile->open_below && profile->open_above))
     return std::nullopt;

@@ -74,7 +74,8 @@ struct SearchResult {
   std::vector<Profile> profiles;
   std::vector<PosteriorMarginal> posterior;
   double posterior_effective_size = 0.0;
-  std::vector<TradeOff> trade_offs;  // of the data alone
+  double prior_allowed_excess = 0.0;  // by which priors were weighed, see prior.h; 0 without any
+  std::vector<TradeOff> trade_offs;   // of the data alone
   // Share of the measured values beyond everything that the design reached; NaN without a design.
   double out_of_reach = std::numeric_limits<double>::quiet_NaN();
   std::optional<SelfTest> self_test;          // none where the design's seeds are too few

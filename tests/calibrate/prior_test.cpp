@@ -176,10 +176,10 @@ TEST(PriorOfASearch, GivesTheMeanWeightedByPrecisions) {
   const double sigma = std::sqrt(1.0 / precision);
   const CalibratedParameter& wall = result.calibrated[1];
   EXPECT_EQ(wall.status, ParameterStatus::tuned);
-  EXPECT_NEAR(wall.value, mean, 0.15 * sigma);
+  EXPECT_NEAR(wall.value, mean, 0.1 * sigma);
   ASSERT_TRUE(wall.interval.has_value());
-  EXPECT_NEAR(wall.interval->lower, mean - t * sigma, 0.35 * sigma);
-  EXPECT_NEAR(wall.interval->upper, mean + t * sigma, 0.35 * sigma);
+  EXPECT_NEAR(wall.interval->lower, mean - t * sigma, 0.25 * sigma);
+  EXPECT_NEAR(wall.interval->upper, mean + t * sigma, 0.25 * sigma);
   // What the data alone say stands beside it
   ASSERT_TRUE(wall.data_alone.has_value());
   EXPECT_NEAR(wall.data_alone->value, data.b_wall, 0.3 * data.s_wall);
@@ -187,8 +187,8 @@ TEST(PriorOfASearch, GivesTheMeanWeightedByPrecisions) {
   EXPECT_NEAR(wall.data_alone->interval.upper, data.b_wall + t * data.s_wall, 0.3 * data.s_wall);
   // So does the posterior
   ASSERT_EQ(result.posterior.size(), 3U);
-  EXPECT_NEAR(result.posterior[1].mean, mean, 0.25 * sigma);
-  EXPECT_NEAR(result.posterior[1].standard_deviation, sigma, 0.25 * sigma);
+  EXPECT_NEAR(result.posterior[1].mean, mean, 0.15 * sigma);
+  EXPECT_NEAR(result.posterior[1].standard_deviation, sigma, 0.15 * sigma);
   // The other parameter has none and keeps its own
   const CalibratedParameter& particle = result.calibrated[0];
   EXPECT_NEAR(particle.value, data.b_particle, 0.3 * data.s_particle);
@@ -250,8 +250,8 @@ TEST(PriorOfASearch, SeparatesWhatTradesOffAndSaysThatItDoes) {
   const double sigma = std::hypot(0.03, 0.02);
   EXPECT_NEAR(particle.value, 0.4, 0.5 * sigma);
   ASSERT_TRUE(particle.interval.has_value());
-  EXPECT_NEAR(particle.interval->lower, 0.4 - t * sigma, 0.8 * sigma);
-  EXPECT_NEAR(particle.interval->upper, 0.4 + t * sigma, 0.8 * sigma);
+  EXPECT_NEAR(particle.interval->lower, 0.4 - t * sigma, 0.4 * sigma);
+  EXPECT_NEAR(particle.interval->upper, 0.4 + t * sigma, 0.4 * sigma);
   EXPECT_TRUE(is_said(result, "trade off"));
   EXPECT_TRUE(is_said(result, "Here the prior of friction_particle_wall does."));
   EXPECT_TRUE(
