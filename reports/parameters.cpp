@@ -113,13 +113,12 @@ void add_bench(const Json& parameters, Section& section) {
   }
   section.add_table(table);
   section.add_paragraph(
-      "Films alone: without any prior; a dash where they do not identify the parameter. Apart: the "
-      "films' value less the bench value, over both standard uncertainties together (the films' "
-      "only, "
-      "where the bench states none); beyond 2 the two measure different things. Tilting measures "
-      "static friction, films that of particles in "
-      "motion, which is often well below it: the thesis tilted 0.36 and matched its films at 0.1 "
-      "(section 4.2.2), and took 0.2 for buttons that it had tilted at 0.61 (table 4.3).");
+      "Films alone: without any prior; a dash where they do not identify the parameter. Apart: "
+      "the films' value less the bench value, over both standard uncertainties together (the "
+      "films' only, where the bench states none); beyond 2 the two measure different things. "
+      "Tilting measures static friction, films that of particles in motion, which is often well "
+      "below it: the thesis tilted 0.36 and matched its films at 0.1 (section 4.2.2), and took "
+      "0.2 for buttons that it had tilted at 0.61 (table 4.3).");
 }
 
 Figure interval_figure(const Json& parameters) {
