@@ -35,10 +35,11 @@ struct End {
     return std::clamp(inside + direction * step, 0.0, 1.0);
   }
   // The end lies between the last two values; where nothing incompatible was found, the interval
-  // reaches the limit, and is open if that is the bound.
+  // is open and reaches the bound. Beside a narrow prior a surrogate is too coarse to put the other
+  // parameters at their very best, so that intervals would come out too narrow: the outer value.
   double end() const {
-    const bool found = bracketed && !(ruled_out && outside == limit);
-    return found ? 0.5 * (inside + outside) : limit;
+    if (!bracketed) return limit;
+    return ruled_out ? outside : 0.5 * (inside + outside);
   }
 };
 
