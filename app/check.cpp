@@ -70,7 +70,12 @@ void print_what(const Experiment& experiment) {
         tuned == experiment.tuned.end()
             ? std::string("held at its bench value")
             : fmt::format("tuned from {:.4g} to {:.4g}, bench value", tuned->lower, tuned->upper);
-    fmt::print("{:<28} {} {:.4g}\n", name, what, value_of(bench, name));
+    const std::string prior = tuned != experiment.tuned.end() && tuned->prior
+                                  ? fmt::format(", prior {:.4g} +- {:.2g}",
+                                                tuned->prior->value,
+                                                tuned->prior->standard_uncertainty)
+                                  : std::string();
+    fmt::print("{:<28} {} {:.4g}{}\n", name, what, value_of(bench, name), prior);
   }
 }
 
@@ -89,6 +94,11 @@ void check_search(const Experiment& experiment, Findings& findings) {
     if (value < tuned.lower || value > tuned.upper) {
       doubt(fmt::format("The bench value {:.4g} of {} lies outside the bounds of its search.",
                         value,
+                        tuned.name));
+    }
+    if (tuned.prior && (tuned.prior->value < tuned.lower || tuned.prior->value > tuned.upper)) {
+      doubt(fmt::format("The prior's mean {:.4g} of {} lies outside the bounds of its search.",
+                        tuned.prior->value,
                         tuned.name));
     }
   }

@@ -78,7 +78,8 @@ fiducials_mm = [                   # [x, z] of each centre, by ruler
 frame_interval_s = 0.2
 frames = 25
 
-# What the calibration may move, and within what bounds. Leave out what is known well enough.
+# What the calibration may move, and within what bounds. Leave out what is known well enough. What you know besides the
+# films may stand there too: prior = "bench" (the bench value with its uncertainty) or {mean = ..., uncertainty = ...}.
 [tune]
 friction_particle_particle = {lower = 0.0, upper = 0.6}
 friction_particle_wall = {lower = 0.0, upper = 0.7}

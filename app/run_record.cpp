@@ -48,6 +48,7 @@ Json configuration_json(const datasets::Experiment& experiment) {
   Json tuned = Json::object();
   for (const datasets::TunedParameter& parameter : experiment.tuned) {
     tuned[parameter.name] = {{"lower", parameter.lower}, {"upper", parameter.upper}};
+    if (const auto& prior = parameter.prior) tuned[parameter.name]["prior"] = bench_json(*prior);
   }
   Json replicates = Json::array();
   for (const datasets::Replicate& replicate : experiment.replicates) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "calibrate/prior.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
 #include "datasets/table.h"
@@ -203,6 +204,10 @@ BinProblem make_bin_problem(const datasets::Experiment& experiment,
   }
   for (std::size_t i = 0; i < films.size(); ++i)
     problem.parts.emplace_back("film " + films[i].name, problem.starts[i].hash);
+  if (const std::string priors = text_of_priors(experiment); !priors.empty()) {
+    problem.parts.emplace_back("priors", datasets::content_hash(priors));
+    for (BinStart& start : problem.starts) start.hash = datasets::content_hash(start.hash + priors);
+  }
   std::vector<FilmedBin> calibrated;
   for (std::size_t i = 0; i < films.size(); ++i) {
     if (problem.starts[i].held_out) continue;

@@ -69,9 +69,9 @@ class Comparison {
   // are too few to show a spread.
   virtual std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const = 0;
   // The same replicates compared by an objective of this form; null where they do not tell what it
-  // needs.
-  virtual std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm form) const = 0;
-  virtual datasets::ObjectiveForm form() const = 0;
+  // needs, or know one form only.
+  virtual std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm) const { return nullptr; }
+  virtual datasets::ObjectiveForm form() const { return datasets::ObjectiveForm::smooth; }
 };
 
 // Standard deviation over draws of the difference between the objectives of two evaluations.

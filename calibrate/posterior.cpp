@@ -7,6 +7,8 @@
 #include <boost/random/uniform_01.hpp>
 #include <cmath>
 
+#include "calibrate/prior.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -14,8 +16,7 @@ namespace {
 constexpr int burn_in = 3000;
 constexpr int draw_count = 4000;
 constexpr int steps_per_draw = 2;
-constexpr double half_chi_squared = 1.92;  // chi-squared(0.95, 1) / 2
-constexpr double first_step = 0.02;        // of each range
+constexpr double first_step = 0.02;  // of each range
 
 using Generator = boost::random::mt19937_64;
 
@@ -71,7 +72,7 @@ Posterior draw_posterior(const Surrogate& surrogate,
   const auto dimension = static_cast<Eigen::Index>(start.size());
   const auto log_density = [&](const UnitPoint& point) {
     const double objective = std::exp(surrogate.predict({&point, 1}).front().mean);
-    return -half_chi_squared * objective / allowed;
+    return log_likelihood(objective, allowed);
   };
 
   Posterior posterior;

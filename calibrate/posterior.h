@@ -18,9 +18,9 @@ struct Posterior {
 // Random-walk Metropolis with a proposal that learns its covariance while it burns in (Haario,
 // Saksman and Tamminen 2001), from `start`. The density is flat over the unit cube times
 //   exp(-1.92 (J - J_min) / allowed),   J = exp(predicted mean) but for a constant:
-// where the excess is what a profile allows at 95 %, the log-likelihood has fallen by half of
-// chi-squared(0.95, 1). What is allowed holds replicates, seeds and the roughness of the model, so
-// that the latter is the discrepancy term.
+// the mapping of prior.h, with what a profile allows at 95 %. What is allowed holds replicates,
+// seeds and the roughness of the model, so that the latter is the discrepancy term. Where the
+// surrogate's J holds a prior's penalty, the density holds that prior.
 Posterior draw_posterior(const Surrogate& surrogate,
                          const UnitPoint& start,
                          double allowed,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/prior.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
 #include "datasets/table.h"
@@ -97,6 +98,10 @@ void add_hashes(Problem& problem) {
         std::pair("tracks or times of measurement", text_of(*problem.comparison))}) {
     problem.parts.emplace_back(name, datasets::content_hash(text));
     all += text;
+  }
+  if (const std::string priors = text_of_priors(problem.experiment); !priors.empty()) {
+    problem.parts.emplace_back("priors", datasets::content_hash(priors));
+    all += priors;
   }
   problem.hash = datasets::content_hash(all);
 }

@@ -1,5 +1,6 @@
 #include "calibrate/result_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,16 +13,34 @@ namespace {
 using datasets::number_text;
 using datasets::Table;
 
-Json parameter_json(const CalibratedParameter& parameter) {
+// How an interval came about. `priors`: any parameter has one.
+const char* method_of(const CalibratedParameter& parameter, bool priors) {
+  if (!priors)
+    return "values not significantly worse than the best, by bootstrap over replicates and seeds";
+  if (parameter.prior && !parameter.shows_effect) return "the prior alone";
+  return "values not significantly worse than the best with the priors counted, by bootstrap over "
+         "replicates and seeds";
+}
+
+Json parameter_json(const CalibratedParameter& parameter, bool priors) {
   Json json{{"value", parameter.value}, {"unit", "-"}, {"status", name_of(parameter.status)}};
   if (parameter.interval) {
     json["lower"] = parameter.interval->lower;
     json["upper"] = parameter.interval->upper;
     json["confidence"] = 0.95;
-    json["method"] =
-        "values not significantly worse than the best, by bootstrap over replicates and seeds";
+    json["method"] = method_of(parameter, priors);
   }
   json["bench_value"] = parameter.bench;
+  json["bench_standard_uncertainty"] = parameter.bench_uncertainty;
+  if (const auto deviation =
+          deviation_from(parameter, {parameter.bench, parameter.bench_uncertainty}))
+    json["bench_deviation"] = *deviation;
+  if (const auto& prior = parameter.prior)
+    json["prior"] = {{"mean", prior->value}, {"standard_uncertainty", prior->standard_uncertainty}};
+  if (const auto& data = parameter.data_alone; data && priors) {
+    json["data_alone"] = {
+        {"value", data->value}, {"lower", data->interval.lower}, {"upper", data->interval.upper}};
+  }
   if (parameter.upper_bound > parameter.lower_bound) {
     json["bound_lower"] = parameter.lower_bound;
     json["bound_upper"] = parameter.upper_bound;
@@ -96,8 +115,12 @@ Json best_json(const BestByObjective& best) {
 }  // namespace
 
 void add_search(const SearchResult& result, const CalibrationOptions& options, Json& json) {
+  const bool priors =
+      std::any_of(result.calibrated.begin(), result.calibrated.end(), [](const auto& parameter) {
+        return parameter.prior.has_value();
+      });
   for (const CalibratedParameter& parameter : result.calibrated)
-    json["parameters"][parameter.name] = parameter_json(parameter);
+    json["parameters"][parameter.name] = parameter_json(parameter, priors);
   json["time_step"] = time_step_json(result.time_step);
   json["objective"] = {{"best", nullptr},
                        {"noise", result.objective_noise},
@@ -106,6 +129,7 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
                        {"form", datasets::name_of(result.objective_form)}};
   for (const BestByObjective& best : result.by_objective)
     json["objective"]["by_form"].push_back(best_json(best));
+  if (priors) json["objective"]["allowed_excess"] = result.prior_allowed_excess;
   if (const auto& quality = result.surrogate) {
     json["surrogate"] = {{"leave_one_out_error", quality->leave_one_out_error},
                          {"value_spread", quality->value_spread},

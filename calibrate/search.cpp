@@ -18,6 +18,7 @@ constexpr double design_share = 0.25;
 constexpr double descent_share = 0.17;   // a coarse local search from the design's best
 constexpr double proposal_share = 0.13;  // the surrogate's
 constexpr double profile_share = 0.4;    // effects and ends of the intervals: no more than this
+constexpr double prior_share = 0.3;      // what is kept until the prior counts, where there is one
 constexpr int least_design = 8;          // evaluations
 constexpr int proposed_at_once = 4;
 constexpr std::size_t proposal_centres = 3;
@@ -30,15 +31,6 @@ constexpr int gate_places = 2;
 constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
 constexpr std::size_t choice_candidates = 4;   // of the evaluations
 constexpr std::size_t other_candidates = 2;  // of the surrogate: its minimum, its posterior's mean
-
-double largest_allowed_excess(std::span<const Profile> profiles) {
-  double largest = 0.0;
-  for (const Profile& profile : profiles) {
-    for (const ProfilePoint& point : profile.points)
-      largest = std::max(largest, point.excess.allowed);
-  }
-  return largest;
-}
 
 PosteriorMarginal marginal(const ParameterSpace& space,
                            const Posterior& posterior,
@@ -56,29 +48,6 @@ PosteriorMarginal marginal(const ParameterSpace& space,
   const std::size_t tail = values.size() / 40;
   one.credible = {values[tail], values[values.size() - 1 - tail]};
   return one;
-}
-
-std::string words_on_unidentified(const CalibratedParameter& parameter) {
-  const std::string held = fmt::format("it is held at {} {:.3g}",
-                                       std::abs(parameter.value - parameter.bench) < 1.0e-9
-                                           ? "its bench value"
-                                           : "the value that fits best,",
-                                       parameter.value);
-  if (parameter.effect > parameter.effect_noise) {
-    return fmt::format(
-        "{} is not identified: on its own it moves the objective by up to {:.3g}, but for any of "
-        "its values others can be found that fit as well; {}.",
-        parameter.name,
-        parameter.effect,
-        held);
-  }
-  return fmt::format(
-      "{} is not identified: over its full range the objective moves by {:.3g}, and other "
-      "replicates and seeds alone could move it by {:.3g}; {}.",
-      parameter.name,
-      parameter.effect,
-      parameter.effect_noise,
-      held);
 }
 
 UnitPoint mean_of(const std::vector<UnitPoint>& points) {
@@ -99,20 +68,6 @@ double distance_between(const UnitPoint& a, const UnitPoint& b) {
 
 }  // namespace
 
-std::string_view name_of(ParameterStatus status) {
-  switch (status) {
-    case ParameterStatus::tuned:
-      return "tuned";
-    case ParameterStatus::fixed:
-      return "fixed";
-    case ParameterStatus::at_bound:
-      return "at_bound";
-    case ParameterStatus::not_identified:
-      return "not_identified";
-  }
-  return "";
-}
-
 int choice_simulations(const CalibrationOptions& options) {
   // Candidates with half of the seeds, the better two with the rest; two more with all of them
   // where something is held at its bench value
@@ -129,15 +84,21 @@ Search::Search(const datasets::Experiment& experiment,
       options_(options),
       later_simulations_(later_simulations),
       search_seeds_(make_seeds(options.seed, "search", options.search_seeds)),
-      space_(experiment.tuned, bench_parameters(experiment)) {
-  const ParameterSet bench = bench_parameters(experiment);
+      space_(experiment.tuned, bench_parameters(experiment)),
+      prior_(experiment.tuned),
+      budget_(options.budget) {
+  if (prior_.is_stated()) budget_ -= share_of_budget(prior_share);
   for (const std::string_view name : parameter_names) {
-    CalibratedParameter parameter{
-        .name = std::string(name), .value = value_of(bench, name), .bench = value_of(bench, name)};
+    const datasets::BenchValue& bench = datasets::bench_value(experiment.material, name);
+    CalibratedParameter parameter{.name = std::string(name),
+                                  .value = bench.value,
+                                  .bench = bench.value,
+                                  .bench_uncertainty = bench.standard_uncertainty};
     for (const datasets::TunedParameter& tuned : experiment.tuned) {
       if (tuned.name != name) continue;
       parameter.lower_bound = tuned.lower;
       parameter.upper_bound = tuned.upper;
+      parameter.prior = tuned.prior;
     }
     result_.calibrated.push_back(std::move(parameter));
   }
@@ -147,10 +108,9 @@ void Search::run() {
   timed("time step", [&] { choose_step(); });
   timed("design", [&] { explore(); });
   timed("self-test", [&] { test_itself(); });
-  timed("descent", [&] {
-    polish(descent_step, options_.budget - share_of_budget(design_share + descent_share));
-  });
-  timed("proposals", [&] { follow_surrogate(); });
+  timed("descent",
+        [&] { polish(descent_step, budget_ - share_of_budget(design_share + descent_share)); });
+  timed("proposals", [&] { follow_surrogate(proposal_share, kept_for_intervals()); });
   timed("polish", [&] {
     if (experiment_.time_step_rule == datasets::TimeStepRule::joint) {
       polish_with_time_step();
@@ -160,6 +120,7 @@ void Search::run() {
   });
   timed("effects", [&] { find_effects(); });
   timed("uncertainty", [&] { find_uncertainty(); });
+  if (prior_.is_stated()) timed("prior", [&] { bring_in_prior(); });
   timed("last polish", [&] { polish(last_step, 0); });
   timed("posterior", [&] { learn_landscape(); });
   timed("choice", [&] { choose(); });
@@ -237,10 +198,10 @@ std::vector<Evaluation> Search::search(const char* stage,
   return evaluations;
 }
 
-const Evaluation& Search::best() const { return best_of(result_.evaluations); }
+const Evaluation& Search::best() const { return best_of(result_.evaluations, prior_); }
 
 int Search::share_of_budget(double share) const {
-  return static_cast<int>(std::lround(share * options_.budget));
+  return static_cast<int>(std::lround(share * budget_));
 }
 
 int Search::kept_for_intervals() const {
@@ -251,7 +212,7 @@ int Search::kept_for_intervals() const {
 int Search::budget_left() const {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
   if (options_.time_limit > 0.0 && taken.count() > options_.time_limit) return 0;
-  return options_.budget - static_cast<int>(result_.evaluations.size());
+  return budget_ - static_cast<int>(result_.evaluations.size());
 }
 
 // 1. The time step, at the centre of the box and half way from there to its lower corner, where
@@ -323,15 +284,16 @@ void Search::warn_early(const std::string& sentence) {
 
 // 5. What a surrogate of all evaluations so far proposes, batch after batch: between neighbouring
 // valleys, of which only one is right, it goes where most may be gained.
-void Search::follow_surrogate() {
+void Search::follow_surrogate(double share, int kept) {
   if (space_.dimension() == 0) return;
-  const int last = static_cast<int>(result_.evaluations.size()) + share_of_budget(proposal_share);
+  const int last = static_cast<int>(result_.evaluations.size()) + share_of_budget(share);
   for (std::uint64_t round = 0; static_cast<int>(result_.evaluations.size()) < last; ++round) {
     const int count = std::min({proposed_at_once,
                                 last - static_cast<int>(result_.evaluations.size()),
-                                budget_left() - kept_for_intervals()});
+                                budget_left() - kept});
     if (count < 1) return;
-    const Surrogate surrogate = fit_surrogate(ensemble_.comparison(), result_.evaluations, space_);
+    const Surrogate surrogate = with_prior(
+        fit_surrogate(ensemble_.comparison(), result_.evaluations, space_), space_, prior_);
     std::vector<ParameterSet> places;
     for (const UnitPoint& place : propose(surrogate,
                                           lowest_places(proposal_centres, centre_distance),
@@ -343,8 +305,8 @@ void Search::follow_surrogate() {
 }
 
 std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const {
-  const std::vector<Evaluation> candidates =
-      compatible_with(ensemble_.comparison(), best(), result_.evaluations, 0.0, bootstrap());
+  const std::vector<Evaluation> candidates = compatible_with(
+      ensemble_.comparison(), best(), result_.evaluations, 0.0, bootstrap(), prior_);
   std::vector<Evaluation> chosen = {best()};
   while (chosen.size() < count) {
     const Evaluation* farthest = nullptr;
@@ -399,7 +361,7 @@ void Search::polish(double step, int kept) {
     return;
   }
   const auto objective = [&](const UnitPoint& point) {
-    return search("polish", {space_.from_unit(point)}).front().objective;
+    return prior_.total(search("polish", {space_.from_unit(point)}).front());
   };
   result_.stop_reason =
       minimise(objective, space_.to_unit(best().parameters), local_search(step, budget))
@@ -448,7 +410,7 @@ void Search::polish_with_time_step() {
 
 std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance) const {
   std::vector<UnitPoint> places;
-  for (const Evaluation* evaluation : by_objective(result_.evaluations)) {
+  for (const Evaluation* evaluation : by_objective(result_.evaluations, prior_)) {
     UnitPoint point = space_.to_unit(evaluation->parameters);
     const bool is_new = std::all_of(places.begin(), places.end(), [&](const UnitPoint& other) {
       return distance_between(point, other) > distance;
@@ -478,54 +440,120 @@ void Search::find_effects() {
       parameter.effect = size;
       parameter.effect_noise = noise;
     }
+    parameter.shows_effect = shows;
     parameter.status = shows ? ParameterStatus::tuned : ParameterStatus::not_identified;
   }
 }
 
-// 8. The interval of each identified parameter.
-void Search::find_uncertainty() {
-  if (space_.dimension() == 0) return;
+// Of the parameters that show an effect.
+std::vector<Profile> Search::find_profiles() {
   std::vector<std::string> unseen;
   for (const CalibratedParameter& parameter : result_.calibrated) {
-    if (parameter.status == ParameterStatus::not_identified) unseen.push_back(parameter.name);
+    if (!parameter.shows_effect) unseen.push_back(parameter.name);
   }
-  result_.profiles = profile_parameters(
+  return profile_parameters(
       ensemble_.comparison(),
       space_,
       result_.evaluations,
       [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
       {.bootstrap = bootstrap(),
+       .prior = prior_,
        .left_out = unseen,
        .max_evaluations = std::max(0, budget_left())});
+}
+
+// 8. The interval that the data give to each parameter.
+void Search::find_uncertainty() {
+  if (space_.dimension() == 0) return;
+  result_.profiles = find_profiles();
   for (const Profile& profile : result_.profiles) {
+    CalibratedParameter& parameter = calibrated(profile.name);
     // Whose every value would do, if the others follow, is not identified either.
-    if (profile.open_below && profile.open_above)
-      calibrated(profile.name).status = ParameterStatus::not_identified;
+    if (profile.open_below && profile.open_above) {
+      parameter.status = ParameterStatus::not_identified;
+    } else {
+      parameter.data_alone = {
+          profile.best, profile.interval, profile.open_below, profile.open_above};
+    }
   }
 }
 
-// 9. A surrogate of all evaluations: sensitivities, posterior, trade-offs.
+// What the data allow at 95 %: the most that was allowed to any value of a profile, or to any
+// evaluation. Where nothing but the best is compatible, as the effects tell: on a parabola t S
+// grows with the root of the excess, and is twice what is allowed where an interval ends, so that
+// (t S)^2 / (4 excess) is allowed there.
+double Search::allowed_by_data() const {
+  double allowed = std::max(
+      largest_allowed_excess(result_.profiles),
+      largest_allowed_excess(ensemble_.comparison(), space_, result_.evaluations, bootstrap()));
+  if (allowed > 0.0) return allowed;
+  for (const CalibratedParameter& parameter : result_.calibrated) {
+    const double noise = parameter.effect_noise;
+    if (parameter.effect > 0.0)
+      allowed = std::max(allowed, noise * noise / (4.0 * parameter.effect));
+  }
+  return allowed;
+}
+
+// 9. What the data alone say is known by now, and stands as it is; from here on the prior counts:
+// proposals, a local search and intervals once more.
+void Search::bring_in_prior() {
+  constexpr double share = 0.05;  // of the budget, for proposals and for the local search
+  if (space_.dimension() == 0) return;
+  budget_ = options_.budget;
+  prior_.weigh(allowed_by_data());
+  result_.prior_allowed_excess = prior_.allowed();
+  for (const CalibratedParameter& parameter : result_.calibrated) {
+    if (is_in_conflict(parameter)) warn_early(words_on_conflict(parameter));
+  }
+  follow_surrogate(share, 0);
+  polish(polish_step, std::max(0, budget_left() - share_of_budget(share)));
+  result_.profiles = find_profiles();
+}
+
+// 10. A surrogate of all evaluations: sensitivities and trade-offs of the data alone, and the
+// posterior.
 void Search::learn_landscape() {
   if (space_.dimension() == 0) return;
-  surrogate_.emplace(fit_surrogate(ensemble_.comparison(), result_.evaluations, space_));
-  result_.surrogate = {
-      surrogate_->leave_one_out_error(), surrogate_->value_spread(), surrogate_->roughness()};
-  const std::vector<double> indices = total_sensitivities(*surrogate_, space_.dimension());
+  const std::size_t dimension = space_.dimension();
+  Surrogate of_data = fit_surrogate(ensemble_.comparison(), result_.evaluations, space_);
+  result_.surrogate = {of_data.leave_one_out_error(), of_data.value_spread(), of_data.roughness()};
+  const std::vector<double> indices = total_sensitivities(of_data, dimension);
   for (std::size_t d = 0; d < indices.size(); ++d)
     calibrated(space_.tuned()[d].name).sobol_total = indices[d];
-  surrogate_minimum_ = surrogate_minimum(*surrogate_, space_.dimension());
-  const double allowed = largest_allowed_excess(result_.profiles);
+  const double allowed =
+      prior_.is_weighed() ? prior_.allowed() : largest_allowed_excess(result_.profiles);
+  const auto draw = [&](const Surrogate& surrogate, const UnitPoint& start) {
+    return draw_posterior(surrogate, start, allowed, options_.seed);
+  };
+  if (prior_.is_weighed()) {
+    const Posterior posterior = draw(of_data, surrogate_minimum(of_data, dimension));
+    result_.trade_offs = find_trade_offs(space_, posterior);
+  }
+  surrogate_.emplace(with_prior(std::move(of_data), space_, prior_));
+  surrogate_minimum_ = surrogate_minimum(*surrogate_, dimension);
   if (!(allowed > 0.0)) return;
-  const Posterior posterior =
-      draw_posterior(*surrogate_, surrogate_minimum_, allowed, options_.seed);
-  for (std::size_t d = 0; d < space_.dimension(); ++d)
+  const Posterior posterior = draw(*surrogate_, surrogate_minimum_);
+  for (std::size_t d = 0; d < dimension; ++d)
     result_.posterior.push_back(marginal(space_, posterior, d));
   posterior_mean_ = mean_of(posterior.draws);
   result_.posterior_effective_size = posterior.effective_size;
-  result_.trade_offs = find_trade_offs(space_, posterior);
+  if (!prior_.is_weighed()) result_.trade_offs = find_trade_offs(space_, posterior);
 }
 
-// 10. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
+// Where a parameter that the data do not identify is put if that costs nothing: at its bench value,
+// or, if it shows no effect, at its prior's mean. Nowhere where priors give it an interval.
+std::optional<double> Search::held_value(const CalibratedParameter& parameter) const {
+  if (parameter.status != ParameterStatus::not_identified) return std::nullopt;
+  if (!parameter.shows_effect && parameter.prior)
+    return std::clamp(parameter.prior->value, parameter.lower_bound, parameter.upper_bound);
+  if (const Profile* profile = profile_of(parameter);
+      profile != nullptr && prior_.is_weighed() && !(profile->open_below && profile->open_above))
+    return std::nullopt;
+  return parameter.bench;
+}
+
+// 11. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
 // between the few best, and twice as many between the two that are left. Parameters that are not
 // identified stay at their bench values where that costs no more than seeds explain. The caller
 // scores the winner with further fresh seeds, so that no choice enters the score.
@@ -540,8 +568,8 @@ void Search::choose() {
     std::vector<Evaluation> evaluations =
         ensemble_.evaluate("confirmation", points, with, reporter());
     count(evaluations);
-    std::stable_sort(evaluations.begin(), evaluations.end(), [](const auto& a, const auto& b) {
-      return a.objective < b.objective;
+    std::stable_sort(evaluations.begin(), evaluations.end(), [&](const auto& a, const auto& b) {
+      return prior_.total(a) < prior_.total(b);
     });
     return evaluations;
   };
@@ -561,10 +589,13 @@ void Search::choose() {
 
   // 2. What is not identified at its bench value, the others at their best for it
   std::vector<HeldCoordinate> held;
-  const UnitPoint bench = space_.to_unit(bench_parameters(experiment_));
   for (std::size_t d = 0; d < space_.dimension(); ++d) {
-    if (calibrated(space_.tuned()[d].name).status == ParameterStatus::not_identified)
-      held.push_back({d, bench[d]});
+    const std::string& name = space_.tuned()[d].name;
+    ParameterSet at_value = winner.parameters;
+    const auto value = held_value(calibrated(name));
+    if (!value) continue;
+    value_of(at_value, name) = *value;
+    held.push_back({d, space_.to_unit(at_value)[d]});
   }
   if (held.empty()) return;
   UnitPoint as_found = space_.to_unit(winner.parameters);
@@ -575,25 +606,30 @@ void Search::choose() {
   const double noise = std::hypot(ensemble_.comparison().noise(winner.runs),
                                   ensemble_.comparison().noise(at_bench.front().runs));
   constexpr double confidence_95 = 1.96;
-  if (at_bench.front().objective <= winner.objective + confidence_95 * noise)
+  if (prior_.total(at_bench.front()) <= prior_.total(winner) + confidence_95 * noise)
     result_.parameters = at_bench.front().parameters;
 }
 
-// 11. Values, intervals and what must be said of them.
+// 12. Values, intervals and what must be said of them.
 SearchResult Search::finish() {
   result_.objective_form = ensemble_.comparison().form();
   result_.by_objective = best_by_each_objective(ensemble_.comparison(), result_.evaluations);
   for (CalibratedParameter& parameter : result_.calibrated) {
     parameter.value = value_of(result_.parameters, parameter.name);
-    for (const Profile& profile : result_.profiles) {
-      if (profile.name == parameter.name && parameter.status != ParameterStatus::not_identified)
-        give_interval(parameter, profile);
-    }
+    give_interval(parameter);
+    say_what_is_open(parameter);
     if (parameter.status == ParameterStatus::not_identified)
-      result_.warnings.push_back(words_on_unidentified(parameter));
+      result_.warnings.push_back(words_on_unidentified(parameter, result_.calibrated));
+    const std::string dominance = words_on_dominance(parameter);
+    if (!dominance.empty()) result_.warnings.push_back(dominance);
   }
-  for (const TradeOff& trade_off : result_.trade_offs)
-    result_.warnings.push_back(words_on(trade_off));
+  for (const TradeOff& trade_off : result_.trade_offs) {
+    std::string sentence = words_on(trade_off);
+    for (const std::string& name : {trade_off.first, trade_off.second}) {
+      if (calibrated(name).prior) sentence += fmt::format(" Here the prior of {} does.", name);
+    }
+    result_.warnings.push_back(std::move(sentence));
+  }
   if (result_.failed > 0) {
     result_.warnings.push_back(
         fmt::format("{} of {} simulations did not complete and were scored as a model in which "
@@ -610,21 +646,48 @@ SearchResult Search::finish() {
   return std::move(result_);
 }
 
-void Search::give_interval(CalibratedParameter& parameter, const Profile& profile) {
+const Profile* Search::profile_of(const CalibratedParameter& parameter) const {
+  for (const Profile& profile : result_.profiles) {
+    if (profile.name == parameter.name) return &profile;
+  }
+  return nullptr;
+}
+
+void Search::give_interval(CalibratedParameter& parameter) {
+  const bool is_identified = parameter.status == ParameterStatus::tuned;
+  if (const Profile* profile = profile_of(parameter)) {
+    const bool is_open = profile->open_below && profile->open_above;
+    if (is_identified || (prior_.is_weighed() && !is_open)) parameter.interval = profile->interval;
+    // What the budget left open beside the prior ends where it ends without
+    if (const auto& data = parameter.data_alone) {
+      if (profile->open_below) parameter.interval->lower = data->interval.lower;
+      if (profile->open_above) parameter.interval->upper = data->interval.upper;
+    }
+  } else if (parameter.status == ParameterStatus::not_identified && parameter.prior) {
+    parameter.interval = prior_interval(parameter);
+  }
+  if (!parameter.interval) return;
   // The value may be the surrogate's minimum rather than the evaluation that the profile is
   // about: the interval holds both.
-  parameter.interval = {std::min(profile.interval.lower, parameter.value),
-                        std::max(profile.interval.upper, parameter.value)};
+  parameter.interval = {std::min(parameter.interval->lower, parameter.value),
+                        std::max(parameter.interval->upper, parameter.value)};
   const double near = 0.005 * (parameter.upper_bound - parameter.lower_bound);
-  if (parameter.value <= parameter.lower_bound + near ||
-      parameter.value >= parameter.upper_bound - near) {
+  if (is_identified && (parameter.value <= parameter.lower_bound + near ||
+                        parameter.value >= parameter.upper_bound - near))
     parameter.status = ParameterStatus::at_bound;
+  if (!prior_.is_stated() && parameter.data_alone) {
+    parameter.data_alone->value = parameter.value;
+    parameter.data_alone->interval = *parameter.interval;
   }
-  if (profile.open_above) {
+}
+
+void Search::say_what_is_open(const CalibratedParameter& parameter) {
+  if (!parameter.data_alone) return;
+  if (parameter.data_alone->open_above) {
     result_.warnings.push_back(
         fmt::format("{} is not bounded above by these data.", parameter.name));
   }
-  if (profile.open_below && parameter.lower_bound > 0.0) {
+  if (parameter.data_alone->open_below && parameter.lower_bound > 0.0) {
     result_.warnings.push_back(
         fmt::format("{} is not bounded below by these data.", parameter.name));
   }

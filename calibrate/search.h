@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "calibrate/best_by_objective.h"
+#include "calibrate/calibrated_parameter.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/identifiability.h"
 #include "calibrate/optimiser.h"
 #include "calibrate/self_test.h"
 #include "calibrate/time_step_gate.h"
-#include "calibrate/uncertainty.h"
 
 namespace graintruth::calibrate {
 
@@ -42,22 +42,6 @@ struct CalibrationOptions {
   std::function<void(const std::string&)> notice;
   // Called after every simulation.
   std::function<void(const CalibrationProgress&)> progress;
-};
-
-enum class ParameterStatus { tuned, fixed, at_bound, not_identified };
-std::string_view name_of(ParameterStatus status);
-
-struct CalibratedParameter {
-  std::string name;
-  double value = 0.0;
-  std::optional<Interval> interval;  // 95 %; none where fixed or not identified
-  ParameterStatus status = ParameterStatus::fixed;
-  double bench = 0.0;
-  double lower_bound = 0.0;  // of the search
-  double upper_bound = 0.0;
-  double effect = 0.0;        // change of the objective at the worse end of its range
-  double effect_noise = 0.0;  // what other replicates and seeds could explain of it
-  double sobol_total = std::numeric_limits<double>::quiet_NaN();  // see sensitivity.h
 };
 
 struct StageTime {
@@ -89,10 +73,12 @@ struct SearchResult {
   datasets::ObjectiveForm objective_form = datasets::ObjectiveForm::smooth;
   std::vector<BestByObjective> by_objective;  // what either form would have chosen of these
   std::string stop_reason;
-  std::vector<Profile> profiles;             // of those that show an effect
-  std::vector<PosteriorMarginal> posterior;  // of the tuned parameters, on the surrogate
+  // Of those that show an effect, and of the posterior, on the surrogate: priors included
+  std::vector<Profile> profiles;
+  std::vector<PosteriorMarginal> posterior;
   double posterior_effective_size = 0.0;
-  std::vector<TradeOff> trade_offs;
+  double prior_allowed_excess = 0.0;  // by which priors were weighed, see prior.h; 0 without any
+  std::vector<TradeOff> trade_offs;   // of the data alone
   // Share of the measured values beyond everything that the design reached; NaN without a design.
   double out_of_reach = std::numeric_limits<double>::quiet_NaN();
   std::optional<SelfTest> self_test;          // none where the design's seeds are too few
@@ -152,7 +138,7 @@ class Search {
   int budget_left() const;
   void choose_step();
   void explore();
-  void follow_surrogate();
+  void follow_surrogate(double share, int kept);
   BootstrapOptions bootstrap() const;
   CalibratedParameter& calibrated(std::string_view name);
   void test_itself();
@@ -165,9 +151,15 @@ class Search {
   std::vector<UnitPoint> lowest_places(std::size_t count, double distance) const;
   void find_effects();
   void find_uncertainty();
+  std::vector<Profile> find_profiles();
+  double allowed_by_data() const;
+  void bring_in_prior();
   void learn_landscape();
   void choose();
-  void give_interval(CalibratedParameter& parameter, const Profile& profile);
+  const Profile* profile_of(const CalibratedParameter& parameter) const;
+  std::optional<double> held_value(const CalibratedParameter& parameter) const;
+  void give_interval(CalibratedParameter& parameter);
+  void say_what_is_open(const CalibratedParameter& parameter);
 
   const datasets::Experiment& experiment_;
   Ensemble& ensemble_;
@@ -176,7 +168,9 @@ class Search {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
-  std::optional<Surrogate> surrogate_;  // of all evaluations of the search, once it is over
+  Prior prior_;                         // costs nothing until the data alone have been heard
+  int budget_;                          // evaluations that may be spent by now
+  std::optional<Surrogate> surrogate_;  // of all evaluations and the prior, once the search is over
   UnitPoint surrogate_minimum_;
   UnitPoint posterior_mean_;  // empty where nothing can be told apart
   std::string stage_;

@@ -53,6 +53,7 @@ struct Surrogate::Fit {
   Eigen::MatrixXd inverse;   // of K = C(points, points) + noise^2
   Eigen::RowVectorXd trend;  // 1' K^-1 / (1' K^-1 1): weights of the constant trend
   double roughness = 0.0;
+  std::function<double(const UnitPoint&)> known;  // see plus(); may be empty
 };
 
 namespace {
@@ -155,7 +156,7 @@ Surrogate::Surrogate(std::unique_ptr<Fit> fit) : fit_(std::move(fit)) {}
 Surrogate::~Surrogate() = default;
 Surrogate::Surrogate(Surrogate&&) noexcept = default;
 
-std::vector<Surrogate::Prediction> Surrogate::predict(std::span<const UnitPoint> places) const {
+std::vector<Surrogate::Prediction> Surrogate::predict_own(std::span<const UnitPoint> places) const {
   const auto n = static_cast<Eigen::Index>(fit_->points.size());
   const auto m = static_cast<Eigen::Index>(places.size());
   const OT::Matrix cross =
@@ -182,12 +183,29 @@ std::vector<Surrogate::Prediction> Surrogate::predict(std::span<const UnitPoint>
   return predictions;
 }
 
+std::vector<Surrogate::Prediction> Surrogate::predict(std::span<const UnitPoint> places) const {
+  std::vector<Prediction> predictions = predict_own(places);
+  if (!fit_->known) return predictions;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double own = std::exp(predictions[i].mean);
+    const double both = own + fit_->known(places[i]);
+    predictions[i] = {std::log(both), predictions[i].standard_deviation * own / both};
+  }
+  return predictions;
+}
+
+Surrogate Surrogate::plus(std::function<double(const UnitPoint&)> known) const {
+  auto fit = std::make_unique<Fit>(*fit_);
+  fit->known = std::move(known);
+  return Surrogate(std::move(fit));
+}
+
 Surrogate Surrogate::believing(const UnitPoint& place) const {
   auto fit = std::make_unique<Fit>(*fit_);
   const Eigen::Index n = fit->values.size();
   fit->points.push_back(place);
   fit->values.conservativeResize(n + 1);
-  fit->values(n) = predict({&place, 1}).front().mean;
+  fit->values(n) = predict_own({&place, 1}).front().mean;
   fit->variance.add(fit->roughness * fit->roughness);
   fit->inverse = covariance_of(fit->covariance, sample_of(fit->points), fit->variance).inverse();
   fit->trend = fit->inverse.colwise().sum() / fit->inverse.sum();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,6 +34,12 @@ class Surrogate {
   };
   std::vector<Prediction> predict(std::span<const UnitPoint> places) const;
 
+  // The same process, of ln(J + known) where its own values are of ln J: for a part of J that is
+  // known everywhere. With m and s the process's own,
+  //   mean = ln(exp(m) + known),   standard deviation = s exp(m) / (exp(m) + known)  to first
+  //   order.
+  Surrogate plus(std::function<double(const UnitPoint&)> known) const;
+
   // The same process once a value equal to its own prediction has been seen at `place`: what is
   // known of a place that is being simulated ("Kriging believer", Ginsbourger et al. 2010).
   Surrogate believing(const UnitPoint& place) const;
@@ -50,6 +57,7 @@ class Surrogate {
 
  private:
   struct Fit;
+  std::vector<Prediction> predict_own(std::span<const UnitPoint> places) const;
   explicit Surrogate(std::unique_ptr<Fit> fit);
   std::unique_ptr<Fit> fit_;
 };

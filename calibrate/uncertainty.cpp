@@ -18,13 +18,14 @@ struct End {
   std::size_t dimension;
   double direction;  // -1 towards the lower bound, +1 towards the upper
   double tolerance;  // to which it is wanted
+  double limit;      // where it ends at the latest: the bound, or where the prior alone rules out
+  bool ruled_out;    // the latter
   std::vector<std::pair<double, std::size_t>> tried;  // value, number of the evaluation
   double allowed = 0.0;  // the largest excess allowed to a compatible value, on either side
   double inside = 0.0;   // outermost compatible value
-  double outside = 0.0;  // innermost incompatible one beyond it that was tried; else the bound
+  double outside = 0.0;  // innermost incompatible one beyond it that was tried; else the limit
   bool bracketed = false;
 
-  double bound() const { return direction < 0.0 ? 0.0 : 1.0; }
   bool is_beyond(double a, double b) const { return (a - b) * direction > 0.0; }
   bool is_known() const { return std::abs(outside - inside) <= tolerance; }
   // Steps that double until the end is bracketed, then bisection.
@@ -34,9 +35,38 @@ struct End {
     return std::clamp(inside + direction * step, 0.0, 1.0);
   }
   // The end lies between the last two values; where nothing incompatible was found, the interval
-  // is open and reaches the bound.
-  double end() const { return bracketed ? 0.5 * (inside + outside) : bound(); }
+  // is open and reaches the bound. Beside a narrow prior a surrogate is too coarse to put the other
+  // parameters at their very best, so that intervals would come out too narrow: the outer value.
+  double end() const {
+    if (!bracketed) return limit;
+    return ruled_out ? outside : 0.5 * (inside + outside);
+  }
 };
+
+// An end before anything was tried. J is nowhere below the lowest that the data gave, so that a
+// value is incompatible wherever its prior alone costs more than what is allowed and what the best
+// total lies above that J.
+End end_of(const ParameterSpace& space,
+           std::span<const Evaluation> evaluations,
+           std::size_t dimension,
+           double direction,
+           const ProfileOptions& options) {
+  constexpr double share = 0.25;  // of a prior's standard uncertainty, to which an end is wanted
+  End end{dimension, direction, options.tolerance, direction < 0.0 ? 0.0 : 1.0, false, {}};
+  const datasets::TunedParameter& tuned = space.tuned()[dimension];
+  const Prior& prior = options.prior;
+  if (!prior.is_weighed() || !tuned.prior) return end;
+  const double least = best_of(evaluations).objective;
+  const double reach =
+      prior.reach(tuned, prior.allowed() + prior.total(best_of(evaluations, prior)) - least);
+  const double range = tuned.upper - tuned.lower;
+  const double limit = (tuned.prior->value + direction * reach - tuned.lower) / range;
+  end.tolerance = std::min(end.tolerance, share * tuned.prior->standard_uncertainty / range);
+  if (!end.is_beyond(end.limit, limit)) return end;
+  end.limit = limit;
+  end.ruled_out = true;
+  return end;
+}
 
 // What is known of all evaluations against the best of them.
 struct Standing {
@@ -47,14 +77,16 @@ struct Standing {
 Standing compare_all(const Comparison& comparison,
                      std::span<const Evaluation> all,
                      double roughness,
-                     const BootstrapOptions& options) {
+                     const BootstrapOptions& options,
+                     const Prior& prior) {
   Standing standing;
-  standing.best = static_cast<std::size_t>(&best_of(all) - all.data());
+  standing.best = static_cast<std::size_t>(&best_of(all, prior) - all.data());
   const Evaluation& best = all[standing.best];
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool is_near = i != standing.best && !is_hopeless(all[i], best);
-    standing.excess.push_back(is_near ? excess_over(comparison, best, all[i], roughness, options)
-                                      : Excess{all[i].objective - best.objective, 0.0});
+    const bool is_near = i != standing.best && (prior.is_weighed() || !is_hopeless(all[i], best));
+    standing.excess.push_back(is_near
+                                  ? excess_over(comparison, best, all[i], roughness, options, prior)
+                                  : Excess{all[i].objective - best.objective, 0.0});
   }
   return standing;
 }
@@ -71,8 +103,8 @@ void bracket(const ParameterSpace& space,
     const double value = space.to_unit(all[i].parameters)[end.dimension];
     if (is_compatible(i) && end.is_beyond(value, end.inside)) end.inside = value;
   }
-  end.outside = end.bound();
-  end.bracketed = false;
+  end.outside = end.limit;
+  end.bracketed = end.ruled_out && end.is_beyond(end.limit, end.inside);
   for (const auto& [value, evaluation] : end.tried) {
     if (is_compatible(evaluation) || !end.is_beyond(value, end.inside)) continue;
     if (end.bracketed && end.is_beyond(value, end.outside)) continue;
@@ -173,38 +205,66 @@ double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation>
 
 }  // namespace
 
-std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations) {
+std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations,
+                                            const Prior& prior) {
   std::vector<const Evaluation*> ranked;
   for (const Evaluation& evaluation : evaluations) ranked.push_back(&evaluation);
-  std::stable_sort(
-      ranked.begin(), ranked.end(), [](auto a, auto b) { return a->objective < b->objective; });
+  std::stable_sort(ranked.begin(), ranked.end(), [&](auto a, auto b) {
+    return prior.total(*a) < prior.total(*b);
+  });
   return ranked;
 }
 
-const Evaluation& best_of(std::span<const Evaluation> evaluations) {
-  return *std::min_element(evaluations.begin(),
-                           evaluations.end(),
-                           [](const auto& a, const auto& b) { return a.objective < b.objective; });
+const Evaluation& best_of(std::span<const Evaluation> evaluations, const Prior& prior) {
+  return *std::min_element(
+      evaluations.begin(), evaluations.end(), [&](const auto& a, const auto& b) {
+        return prior.total(a) < prior.total(b);
+      });
 }
 
 Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
                    double roughness,
-                   const BootstrapOptions& options) {
-  return {evaluation.objective - reference.objective,
-          comparison.allowed_excess(reference, evaluation, roughness, options)};
+                   const BootstrapOptions& options,
+                   const Prior& prior) {
+  return {prior.total(evaluation) - prior.total(reference),
+          prior.is_weighed()
+              ? prior.allowed()
+              : comparison.allowed_excess(reference, evaluation, roughness, options)};
+}
+
+double largest_allowed_excess(const Comparison& comparison,
+                              const ParameterSpace& space,
+                              std::span<const Evaluation> evaluations,
+                              const BootstrapOptions& options) {
+  const double roughness = fit_surrogate(comparison, evaluations, space).roughness();
+  double largest = 0.0;
+  for (const Excess& excess : compare_all(comparison, evaluations, roughness, options, {}).excess) {
+    if (excess.is_compatible()) largest = std::max(largest, excess.allowed);
+  }
+  return largest;
+}
+
+double largest_allowed_excess(std::span<const Profile> profiles) {
+  double largest = 0.0;
+  for (const Profile& profile : profiles) {
+    for (const ProfilePoint& point : profile.points)
+      largest = std::max(largest, point.excess.allowed);
+  }
+  return largest;
 }
 
 std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
                                         double roughness,
-                                        const BootstrapOptions& options) {
+                                        const BootstrapOptions& options,
+                                        const Prior& prior) {
   std::vector<Evaluation> compatible;
   for (const Evaluation& evaluation : evaluations) {
-    if (is_hopeless(evaluation, reference)) continue;
-    if (excess_over(comparison, reference, evaluation, roughness, options).is_compatible())
+    if (!prior.is_weighed() && is_hopeless(evaluation, reference)) continue;
+    if (excess_over(comparison, reference, evaluation, roughness, options, prior).is_compatible())
       compatible.push_back(evaluation);
   }
   return compatible;
@@ -227,6 +287,12 @@ Surrogate fit_surrogate(const Comparison& comparison,
     noise.push_back(comparison.noise(evaluation.runs) / value);
   }
   return Surrogate(points, values, noise);
+}
+
+Surrogate with_prior(Surrogate surrogate, const ParameterSpace& space, const Prior& prior) {
+  if (!prior.is_weighed()) return surrogate;
+  return surrogate.plus(
+      [space, prior](const UnitPoint& place) { return prior.penalty(space.from_unit(place)); });
 }
 
 UnitPoint surrogate_minimum(const Surrogate& surrogate,
@@ -252,7 +318,8 @@ std::vector<Profile> profile_parameters(
     std::span<const Evaluation> evaluations,
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options) {
-  const Surrogate surrogate = fit_surrogate(comparison, evaluations, space);
+  const Surrogate surrogate =
+      with_prior(fit_surrogate(comparison, evaluations, space), space, options.prior);
   std::vector<Evaluation> all(evaluations.begin(), evaluations.end());
   const auto is_left_out = [&](std::size_t d) {
     const auto& names = options.left_out;
@@ -262,11 +329,12 @@ std::vector<Profile> profile_parameters(
   for (std::size_t d = 0; d < space.dimension(); ++d) {
     if (is_left_out(d)) continue;
     for (const double direction : {-1.0, 1.0})
-      ends.push_back({d, direction, options.tolerance, {}});
+      ends.push_back(end_of(space, evaluations, d, direction, options));
   }
   Standing standing;
   const auto look = [&] {
-    standing = compare_all(comparison, all, surrogate.roughness(), options.bootstrap);
+    standing =
+        compare_all(comparison, all, surrogate.roughness(), options.bootstrap, options.prior);
     // What is allowed is largest where the interval of a parabola ends; nearer to the best and
     // further out t S - D is less (see TrackComparison). The largest that a compatible value was
     // allowed counts for all.
@@ -310,7 +378,8 @@ std::vector<Profile> profile_parameters(
   for (std::size_t d = 0; d < space.dimension(); ++d) {
     if (is_left_out(d)) continue;
     Profile profile{.name = space.tuned()[d].name};
-    profile.points.push_back({value_of(best.parameters, profile.name), best.objective, {}});
+    profile.best = value_of(best.parameters, profile.name);
+    profile.points.push_back({profile.best, best.objective, {}});
     for (const End& end : ends) {
       if (end.dimension != d) continue;
       UnitPoint point = space.to_unit(best.parameters);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibrate/comparison.h"
+#include "calibrate/prior.h"
 #include "calibrate/surrogate.h"
 
 namespace graintruth::calibrate {
@@ -18,7 +19,8 @@ struct Interval {
 };
 
 // How much worse an evaluation is than the reference, and by how much it may be worse before its
-// parameters can be told from the true ones.
+// parameters can be told from the true ones. With a prior the excess is that of the total, and what
+// is allowed is what the prior was weighed by.
 struct Excess {
   double objective = 0.0;  // above the reference's
   double allowed = 0.0;
@@ -28,14 +30,22 @@ Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
                    double roughness,
-                   const BootstrapOptions& options);
+                   const BootstrapOptions& options,
+                   const Prior& prior = {});
 
 // Those of the evaluations that cannot be told apart from the reference.
 std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
                                         double roughness,
-                                        const BootstrapOptions& options);
+                                        const BootstrapOptions& options,
+                                        const Prior& prior = {});
+
+// The most that is allowed to any of the evaluations that cannot be told from their best.
+double largest_allowed_excess(const Comparison& comparison,
+                              const ParameterSpace& space,
+                              std::span<const Evaluation> evaluations,
+                              const BootstrapOptions& options);
 
 // One value of one parameter, with the others where the surrogate puts their best.
 struct ProfilePoint {
@@ -49,14 +59,19 @@ struct ProfilePoint {
 // outermost evaluation that is compatible, each end is found by bisection on real simulations.
 struct Profile {
   std::string name;
+  double best = 0.0;  // its value at the best evaluation
   Interval interval;
   bool open_below = false;  // still compatible at the bound of the search
   bool open_above = false;
   std::vector<ProfilePoint> points;  // rising in value; the reference among them
 };
 
+// The most that was allowed to any value of them; 0 where nothing was tried.
+double largest_allowed_excess(std::span<const Profile> profiles);
+
 struct ProfileOptions {
   BootstrapOptions bootstrap;
+  Prior prior = {};                   // without one, or not weighed: of the data alone
   int rounds = 5;                     // of one evaluation on either side of every parameter
   std::vector<std::string> left_out;  // parameters that need no interval
   int max_evaluations = std::numeric_limits<int>::max();
@@ -82,6 +97,9 @@ Surrogate fit_surrogate(const Comparison& comparison,
                         std::span<const Evaluation> evaluations,
                         const ParameterSpace& space);
 
+// The same with the prior's penalty, once it is weighed.
+Surrogate with_prior(Surrogate surrogate, const ParameterSpace& space, const Prior& prior);
+
 // One coordinate that is held.
 struct HeldCoordinate {
   std::size_t dimension = 0;
@@ -94,9 +112,10 @@ UnitPoint surrogate_minimum(const Surrogate& surrogate,
                             std::size_t dimension,
                             std::span<const HeldCoordinate> held = {});
 
-// The lowest objective first; equal ones in their order.
-std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations);
+// The lowest total of objective and penalty first; equal ones in their order.
+std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations,
+                                            const Prior& prior = {});
 
-const Evaluation& best_of(std::span<const Evaluation> evaluations);
+const Evaluation& best_of(std::span<const Evaluation> evaluations, const Prior& prior = {});
 
 }  // namespace graintruth::calibrate

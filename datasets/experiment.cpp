@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <set>
+#include <stdexcept>
 
 #include "datasets/input_error.h"
 #include "datasets/toml_section.h"
@@ -318,14 +319,63 @@ Measurement read_measurement(TomlSection section) {
   return measurement;
 }
 
+// prior = "bench", or the mean and its uncertainty.
+std::optional<BenchValue> read_prior(TomlSection& tuned,
+                                     const std::string& name,
+                                     const Material& material) {
+  if (!tuned.has("prior")) return std::nullopt;
+  if (!tuned.has("lower") && !tuned.has("upper")) {
+    tuned.fail("prior",
+               "is given to a parameter without bounds, which stays at its bench value; write "
+               "{lower = ..., upper = ..., prior = ...} to tune it");
+  }
+  if (tuned.is_table("prior")) {
+    TomlSection stated = tuned.section("prior");
+    const BenchValue prior{stated.quantity("mean", plain, range_of(name)),
+                           stated.quantity("uncertainty", plain, positive)};
+    stated.finish();
+    return prior;
+  }
+  if (!tuned.is_text("prior") || tuned.text("prior") != "bench")
+    tuned.fail("prior", "must be \"bench\" or {mean = ..., uncertainty = ...}");
+  const BenchValue& bench = bench_value(material, name);
+  if (!(bench.standard_uncertainty > 0.0)) {
+    tuned.fail("prior",
+               fmt::format("is \"bench\", but the bench value has no uncertainty; give "
+                           "'material.{}_uncertainty' (one standard deviation, above 0), or write "
+                           "prior = {{mean = ..., uncertainty = ...}}",
+                           name));
+  }
+  return bench;
+}
+
+// A prior that the bounds contradict is a mistake in one of them.
+void check_prior(const TomlSection& tuned, const TunedParameter& parameter) {
+  constexpr double far = 2.0;  // standard uncertainties
+  const auto& prior = parameter.prior;
+  if (!prior) return;
+  const double reach = far * prior->standard_uncertainty;
+  if (prior->value + reach >= parameter.lower && prior->value - reach <= parameter.upper) return;
+  tuned.fail("prior",
+             fmt::format("says {:.4g} with an uncertainty of {:.4g}, far outside the bounds {:.4g} "
+                         "to {:.4g}; widen the bounds, or correct the prior",
+                         prior->value,
+                         prior->standard_uncertainty,
+                         parameter.lower,
+                         parameter.upper));
+}
+
 void read_tuned(TomlSection section, Experiment& experiment) {
   for (const char* name : parameter_names) {
     auto bounds = section.optional_section(name);
     if (!bounds) continue;
+    const auto prior = read_prior(*bounds, name, experiment.material);
     const TunedParameter parameter{name,
                                    bounds->quantity("lower", plain, range_of(name)),
-                                   bounds->quantity("upper", plain, range_of(name))};
+                                   bounds->quantity("upper", plain, range_of(name)),
+                                   prior};
     if (!(parameter.lower < parameter.upper)) bounds->fail("upper", "must be above lower");
+    check_prior(*bounds, parameter);
     bounds->finish();
     experiment.tuned.push_back(parameter);
   }
@@ -348,6 +398,13 @@ void read_tuned(TomlSection section, Experiment& experiment) {
 
 std::string_view name_of(ObjectiveForm form) {
   return form == ObjectiveForm::smooth ? "smooth" : "requested";
+}
+
+const BenchValue& bench_value(const Material& material, std::string_view parameter) {
+  if (parameter == parameter_names[0]) return material.friction_particle_particle;
+  if (parameter == parameter_names[1]) return material.friction_particle_wall;
+  if (parameter == parameter_names[2]) return material.restitution;
+  throw std::logic_error("no such parameter: " + std::string(parameter));
 }
 
 Experiment load_experiment(const std::filesystem::path& file) {

@@ -47,6 +47,9 @@ struct Material {
   BenchValue restitution;
 };
 
+// The bench value of a parameter, by the names that TunedParameter knows.
+const BenchValue& bench_value(const Material& material, std::string_view parameter);
+
 // A rigid wall seen edge-on: a segment extruded along y. Both faces are solid.
 struct Wall {
   std::string name;
@@ -133,6 +136,8 @@ struct TunedParameter {
   std::string name;  // friction_particle_particle, friction_particle_wall or restitution
   double lower = 0.0;
   double upper = 0.0;
+  // What is known of it besides the data: the mean of a Gaussian and its standard deviation.
+  std::optional<BenchValue> prior = {};
 };
 
 // How the time step is found: the largest at which the answer does not change, before the search;

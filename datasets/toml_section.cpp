@@ -57,6 +57,16 @@ const toml::node* TomlSection::find(std::string_view key) {
 
 bool TomlSection::has(std::string_view key) { return find(key) != nullptr; }
 
+bool TomlSection::is_text(std::string_view key) {
+  const toml::node* node = find(key);
+  return node != nullptr && node->is_string();
+}
+
+bool TomlSection::is_table(std::string_view key) {
+  const toml::node* node = find(key);
+  return node != nullptr && node->is_table();
+}
+
 void TomlSection::fail(std::string_view key, std::string_view complaint) const {
   const toml::node* node = table_->get(key);
   const auto line = node != nullptr ? node->source().begin.line : table_->source().begin.line;

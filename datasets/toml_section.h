@@ -32,6 +32,9 @@ class TomlSection {
   TomlSection(const toml::table& table, std::filesystem::path file, std::string name);
 
   bool has(std::string_view key);
+  // Of a key that may hold the one or the other; false where there is none.
+  bool is_text(std::string_view key);
+  bool is_table(std::string_view key);
   // The value under `stem` with one of the units, e.g. stem "gap" finds gap_mm. Throws InputError
   // when it is missing, given twice, no number, or outside the range.
   double quantity(std::string_view stem, Units units, const Range& range = any_number);

@@ -1,6 +1,7 @@
 // The verdict: what came out, in sentences that a reader can repeat to a colleague.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -34,6 +35,18 @@ std::string confidence_text(const Json& parameter) {
   return plain(confidence <= 1.0 ? 100.0 * confidence : confidence) + "\u00a0%";
 }
 
+// "95 % interval 0.10 to 0.14", and what the films alone give where priors are counted.
+std::string interval_words(const Json& parameter) {
+  const std::string interval = interval_text(parameter, " to ");
+  if (interval.empty()) return "no interval";
+  const std::string alone = interval_text(at(parameter, {"data_alone"}), " to ");
+  return fmt::format(
+      "{} interval {}{}",
+      confidence_text(parameter),
+      interval,
+      alone.empty() ? "" : fmt::format(" with priors, {} from the films alone", alone));
+}
+
 bool is_at_bench(const Json& parameter) {
   return std::abs(number(parameter, {"value"}) - number(parameter, {"bench_value"})) < 1.0e-9;
 }
@@ -41,6 +54,8 @@ bool is_at_bench(const Json& parameter) {
 std::string parameter_detail(const Json& parameter) {
   const std::string status = text(parameter, {"status"});
   const std::string interval = interval_text(parameter, " to ");
+  if (status == "not_identified" && !interval.empty())
+    return fmt::format("not identified by this experiment; {} by priors", interval);
   if (status == "not_identified") {
     return is_at_bench(parameter)
                ? "not identified by this experiment; held at its bench value"
@@ -48,8 +63,7 @@ std::string parameter_detail(const Json& parameter) {
   }
   if (status == "fixed") return "given, not tuned";
   if (status == "at_bound") return "at the edge of its search bounds";
-  if (interval.empty()) return "no interval";
-  return fmt::format("{} interval {}", confidence_text(parameter), interval);
+  return interval_words(parameter);
 }
 
 Json tiles(const RunData& data) {
@@ -76,6 +90,13 @@ Json tiles(const RunData& data) {
   return views;
 }
 
+bool has_priors(const RunData& data) {
+  const Json& parameters = at(data.result, {"parameters"});
+  return std::any_of(parameters.begin(), parameters.end(), [](const Json& parameter) {
+    return at(parameter, {"prior"}).is_object();
+  });
+}
+
 std::vector<std::string> parameter_sentences(const RunData& data) {
   std::vector<std::string> tuned;
   std::vector<std::string> sentences;
@@ -84,13 +105,8 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
     const std::string status = text(parameter, {"status"});
     const std::string phrase = parameter_phrase(key);
     if (status == "tuned") {
-      const std::string interval = interval_text(parameter, " to ");
-      tuned.push_back(fmt::format(
-          "a {} of {} ({})",
-          phrase,
-          value_text(parameter),
-          interval.empty() ? "no interval"
-                           : fmt::format("{} interval {}", confidence_text(parameter), interval)));
+      tuned.push_back(
+          fmt::format("a {} of {} ({})", phrase, value_text(parameter), interval_words(parameter)));
     } else if (status == "at_bound") {
       others.push_back(
           fmt::format("The {} ended at the edge of its search bounds, at {}: that is a limit of "
@@ -101,20 +117,34 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
     } else if (status == "not_identified") {
       const bool shows_alone =
           number(parameter, {"objective_range"}) > number(parameter, {"objective_range_of_noise"});
+      const std::string reason = shows_alone
+                                     ? "for any of its values others can be found that fit as well"
+                                     : "the agreement hardly changes with it";
+      const std::string interval = interval_text(parameter, " to ");
       others.push_back(
-          fmt::format("The {} is not identified: {}, so it is held at {} {} and has no interval.",
-                      phrase,
-                      shows_alone ? "for any of its values others can be found that fit as well"
-                                  : "the agreement hardly changes with it",
-                      is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
-                      value_text(parameter)));
+          interval.empty()
+              ? fmt::format(
+                    "The {} is not identified: {}, so it is held at {} {} and has no interval.",
+                    phrase,
+                    reason,
+                    is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
+                    value_text(parameter))
+              : fmt::format(
+                    "The {} is not identified: {}; its value {} and interval {} rest on priors.",
+                    phrase,
+                    reason,
+                    value_text(parameter),
+                    interval));
     } else if (status == "fixed") {
       others.push_back(fmt::format("The {} was held at {}.", phrase, value_text(parameter)));
     }
   }
   if (!tuned.empty())
-    sentences.push_back(
-        fmt::format("The simulation agrees best with the films at {}.", joined(tuned)));
+    sentences.push_back(fmt::format("{} {}.",
+                                    has_priors(data)
+                                        ? "Films and priors together ask for"
+                                        : "The simulation agrees best with the films at",
+                                    joined(tuned)));
   sentences.insert(sentences.end(), others.begin(), others.end());
   return sentences;
 }

@@ -232,6 +232,21 @@ TEST(BinCalibration, RecoversAKnownTruthAndPredictsWhatWasHeldOut) {
   ASSERT_TRUE(result.score.filmed.beverloo && result.score.simulated.beverloo);
 }
 
+TEST(BinCalibration, CountsAPrior) {
+  const ParameterSet truth{0.25, 0.35, 0.7};
+  BinProblem problem = problem_of(truth, 0.02, 7);
+  problem.experiment.tuned[0].prior = {0.25, 0.01};
+  const BinCalibrationResult result = calibrated(problem, 0.02, 3);
+  const CalibratedParameter& particle = result.calibrated[0];
+  ASSERT_TRUE(particle.data_alone.has_value());
+  ASSERT_TRUE(particle.interval.has_value());
+  EXPECT_LT(particle.interval->upper - particle.interval->lower,
+            particle.data_alone->interval.upper - particle.data_alone->interval.lower);
+  EXPECT_NEAR(particle.value, 0.25, 0.01);
+  EXPECT_LE(particle.interval->lower, 0.25);
+  EXPECT_GE(particle.interval->upper, 0.25);
+}
+
 TEST(BinCalibration, ItsIntervalsHoldTheTruthAboutAsOftenAsTheySay) {
   constexpr int twins = 12;
   int held = 0, asked = 0;

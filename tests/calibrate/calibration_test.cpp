@@ -238,6 +238,22 @@ TEST(Calibrate, SearchesByTheAgreementItselfWhereAsked) {
   EXPECT_NEAR(*requested.requested, best_of(result.evaluations).objective, 1e-12);
 }
 
+TEST(Calibrate, APriorCountsInTheAnswerAndNeverInTheScore) {
+  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  Problem problem = toy::problem(truth, 5, 11);
+  problem.experiment.tuned[1].prior = {0.36, 0.003};
+  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+  const CalibratedParameter& wall = result.calibrated[1];
+  ASSERT_TRUE(wall.data_alone.has_value());
+  EXPECT_LT(std::abs(wall.value - 0.36), std::abs(wall.data_alone->value - 0.36));
+  EXPECT_LT(wall.interval->upper - wall.interval->lower,
+            wall.data_alone->interval.upper - wall.data_alone->interval.lower);
+  EXPECT_LE(wall.interval->lower, 0.36);
+  EXPECT_EQ(result.score.evaluation.objective,
+            problem.comparison->objective(result.score.evaluation.runs));
+  EXPECT_LE(static_cast<int>(result.evaluations.size()), 60);
+}
+
 TEST(Calibrate, WarnsBeforeItSpendsWhereTheDataLieBeyondTheModel) {
   const toy::Truth truth{.parameters = {0.55, 0.65, 0.7}, .noise = 0.001};
   Problem problem = toy::problem(truth, 5, 11);

@@ -63,6 +63,21 @@ TEST(Surrogate, BelievesWhatItIsToldAndNothingElse) {
   EXPECT_NEAR(after[1].mean, before[1].mean, 1e-3);
 }
 
+TEST(Surrogate, AddsWhatIsKnownToTheLogarithmItPredicts) {
+  const Surrogate own =
+      fitted({{0.1, 0.1}, {0.2, 0.1}, {0.1, 0.2}, {0.3, 0.3}, {0.2, 0.4}, {0.4, 0.1}}, 1e-3);
+  const Surrogate sum = own.plus([](const UnitPoint& place) { return 3.0 * place[0]; });
+  const std::vector<UnitPoint> places = {{0.8, 0.7}, {0.0, 0.15}};
+  const auto alone = own.predict(places);
+  const auto both = sum.predict(places);
+  EXPECT_NEAR(both[0].mean, std::log(std::exp(alone[0].mean) + 2.4), 1e-12);
+  EXPECT_LT(both[0].standard_deviation, alone[0].standard_deviation);
+  EXPECT_NEAR(both[1].mean, alone[1].mean, 1e-12);
+  // What is believed is the process's own value, not the sum
+  EXPECT_NEAR(sum.believing(places[0]).predict(places)[0].mean, both[0].mean, 1e-6);
+  EXPECT_EQ(sum.roughness(), own.roughness());
+}
+
 TEST(Propose, FindsTheMinimumOfASmoothFunctionInAFewBatches) {
   // Its lowest place in the unit square is (0, 0.4): sin 3x is 0 there and 0.14 at x = 1.
   std::vector<UnitPoint> points = low_discrepancy_points(8, 2, 3);

@@ -153,6 +153,46 @@ TEST(LoadExperiment, ImpossiblePhysicsIsRefused) {
   EXPECT_CONTAINS(complaint_about("slope_angle_deg = 60", "slope_angle_deg = 95"), "90 degrees");
 }
 
+// The line that tunes the friction between particles, with more in it.
+std::string complaint_about_prior(const std::string& prior, const std::string& material = "") {
+  const std::string bounds = "{lower = 0.0, upper = 0.6";
+  if (material.empty()) return complaint_about(bounds, bounds + ", prior = " + prior);
+  const TemporaryFolder folder;
+  for (int i = 1; i <= 5; ++i) folder.write("rep" + std::to_string(i) + ".mp4", "");
+  std::string text = bundled_text();
+  text.insert(text.find(bounds) + bounds.size(), ", prior = " + prior);
+  text.insert(text.find("[material]\n") + 11, material);
+  const Experiment experiment = load_experiment(folder.write("experiment.toml", text));
+  const BenchValue& read = *experiment.tuned.front().prior;
+  return std::to_string(read.value) + " " + std::to_string(read.standard_uncertainty);
+}
+
+TEST(LoadExperiment, APriorIsTheBenchValueOrStated) {
+  EXPECT_EQ(complaint_about_prior("\"bench\"", "friction_particle_particle_uncertainty = 0.03\n"),
+            "0.360000 0.030000");
+  EXPECT_EQ(complaint_about_prior("{mean = 0.2, uncertainty = 0.05}", "# none\n"),
+            "0.200000 0.050000");
+}
+
+TEST(LoadExperiment, APriorThatCannotBeIsRefused) {
+  EXPECT_CONTAINS(complaint_about_prior("\"bench\""),
+                  "'material.friction_particle_particle_uncertainty'");
+  EXPECT_CONTAINS(complaint_about_prior("\"tilting\""), "must be \"bench\" or {mean");
+  EXPECT_CONTAINS(complaint_about_prior("0.3"), "must be \"bench\" or {mean");
+  EXPECT_CONTAINS(complaint_about_prior("{mean = 0.3, uncertainty = 0}"), "above 0");
+  EXPECT_CONTAINS(complaint_about_prior("{mean = 0.3, uncertainty = -0.1}"), "above 0");
+  EXPECT_CONTAINS(complaint_about_prior("{mean = -0.3, uncertainty = 0.1}"), "friction from 0");
+  EXPECT_CONTAINS(complaint_about_prior("{mean = 0.3}"), "prior.uncertainty");
+  EXPECT_CONTAINS(complaint_about_prior("{mean = 0.3, uncertainty = 0.1, u = 1}"), "prior.u'");
+  const std::string far = complaint_about_prior("{mean = 0.9, uncertainty = 0.1}");
+  EXPECT_CONTAINS(far, "experiment.toml:");
+  EXPECT_CONTAINS(far, "'tune.friction_particle_particle.prior'");
+  EXPECT_CONTAINS(far, "far outside the bounds 0 to 0.6");
+  EXPECT_CONTAINS(
+      complaint_about("{lower = 0.0, upper = 0.6}", "{prior = {mean = 0.3, uncertainty = 0.1}}"),
+      "without bounds");
+}
+
 TEST(LoadExperiment, TextWhereANumberBelongsIsRefused) {
   EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = \"142\""), "text");
 }

@@ -108,6 +108,31 @@ TEST_F(Report, SaysThatRestitutionIsNotIdentified) {
   EXPECT_NE(build_report(folder_).find("The restitution is not identified"), std::string::npos);
 }
 
+TEST_F(Report, TellsPriorsFromWhatTheFilmsSayAlone) {
+  Json result = read(folder_.result());
+  Json& wall = result["parameters"]["friction_particle_wall"];
+  wall["prior"] = {{"mean", 0.31}, {"standard_uncertainty", 0.02}};
+  wall["bench_standard_uncertainty"] = 0.02;
+  wall["bench_deviation"] = -5.5;
+  wall["data_alone"] = {{"value", 0.161}, {"lower", 0.132}, {"upper", 0.190}};
+  Json& restitution = result["parameters"]["restitution"];
+  restitution["prior"] = {{"mean", 0.83}, {"standard_uncertainty", 0.02}};
+  restitution["lower"] = 0.791;
+  restitution["upper"] = 0.869;
+  write(folder_.result(), result);
+  const std::string page = spoken(build_report(folder_));
+  for (const char* words :
+       {"Films and priors together ask for",
+        "0.171 (95 % interval 0.148 to 0.196 with priors, 0.132 to 0.190 from the films alone)",
+        "The restitution is not identified: the agreement hardly changes with it; its value 0.830 "
+        "and interval 0.791 to 0.869 rest on priors.",
+        "0.31 ± 0.02",
+        "0.35 ± 0.02",
+        "Bench tests beside the films",
+        "−5.5"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+}
+
 TEST_F(Report, PutsTheYardsticksBesideTheAgreement) {
   const std::string page = spoken(build_report(folder_));
   EXPECT_NE(page.find("88.7 % of all values"), std::string::npos);
