@@ -34,18 +34,18 @@ double spread_of(const std::vector<double>& values, double mean) {
 }
 
 // Scatter of values that should all be `mean` over what their weights (information per ray
-// variance) make of it.
+// variance) make of it; at least `least`.
 double excess_of(const std::vector<double>& values,
                  const std::vector<double>& weights,
                  double mean,
-                 double ray_variance) {
+                 double ray_variance,
+                 double least) {
   double square_sum = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double square = std::pow(values[i] - mean, 2) * weights[i] / ray_variance;
     square_sum += std::min(square, 25.0) / static_cast<double>(values.size());
   }
-  // Rays that err alike all round cancel: what the value gains by that is not believed in full.
-  return values.empty() ? 1.0 : std::max(0.75, std::sqrt(square_sum));
+  return values.empty() ? 1.0 : std::max(least, std::sqrt(square_sum));
 }
 
 // The ball's centre and its covariance (per ray variance) when its radius is known.
@@ -112,8 +112,13 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
       }
       if (!values.empty()) body.shape.radius[ball] = robust_mean(values, weights);
       radii.push_back(body.shape.radius[ball]);
-      if (nominal.balls == 1)
-        body.excess = excess_of(values, weights, body.shape.radius[0], body.ray_variance_px2);
+      // Light and shade that stay on a ball make its radius no less steady: no more is believed
+      // than drawn films, whose truth is known, allow.
+      constexpr double least_of_radius = 0.6;
+      if (nominal.balls == 1) {
+        body.excess = excess_of(
+            values, weights, body.shape.radius[0], body.ray_variance_px2, least_of_radius);
+      }
     }
     if (nominal.balls == 1) {
       body.shape.radius[1] = body.shape.radius[0];
@@ -134,7 +139,11 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
     }
     if (!values.empty()) body.shape.separation = robust_mean(values, weights);
     separations.push_back(body.shape.separation);
-    body.excess = excess_of(values, weights, body.shape.separation, body.ray_variance_px2);
+    // Rays that err alike on both balls cancel in the separation: what it gains is not believed in
+    // full.
+    constexpr double least_of_separation = 0.75;
+    body.excess = excess_of(
+        values, weights, body.shape.separation, body.ray_variance_px2, least_of_separation);
     learned.bodies.push_back(body);
   }
   for (double r : radii) learned.radius_mean += r / static_cast<double>(radii.size());

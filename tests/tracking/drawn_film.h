@@ -17,9 +17,7 @@ constexpr double frame_rate = 50.0;  // Hz, of all of them
 
 // A file of the running test.
 inline std::filesystem::path temporary(const std::string& name) {
-  std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
-  for (char& letter : test)
-    if (letter == '/') letter = '_';  // of a test over several values
+  const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
   return std::filesystem::temp_directory_path() / ("graintruth_" + test + "_" + name);
 }
 

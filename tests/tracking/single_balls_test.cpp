@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ostream>
+#include <string>
 
 #include "tests/tracking/drawn_film.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double radius = 5.0e-3;    // m
 constexpr double onset = 0.2437;     // s of film, between two frames
-constexpr double speed = -0.02;      // m/s, of the piston
+constexpr double speed = -0.0231;    // m/s, of the piston
 constexpr double piston_z = -0.025;  // m, of its face at first
 constexpr int frames = 45;
 constexpr int covered_ball = 5, covered_first = 30, covered_last = 32;
@@ -25,8 +25,6 @@ struct Look {
   unsigned seed;
   double noise;  // grey levels
 };
-
-void PrintTo(const Look& look, std::ostream* out) { *out << look.name; }
 
 // What each ball does once the piston sinks. A film is long enough for all of it.
 std::vector<BodyPose> poses_at(int frame) {
@@ -81,14 +79,16 @@ SyntheticScene make_scene(const Look& look) {
     for (const double z : {-0.042, -0.014, 0.014, 0.042})
       experiment.camera.fiducials.push_back({x, z, 0.008});
   const double scale = look.diameter_px / (2.0 * radius);
+  // Every film has its camera in another place.
+  const double shift = 0.0003 * look.seed;  // m
   scene.camera = make_camera(static_cast<int>(0.152 * scale),
                              static_cast<int>(0.104 * scale),
-                             0.001,
-                             -0.001,
+                             0.001 + shift,
+                             -0.001 + shift,
                              0.6,
                              scale,
                              -0.1,
-                             0.008);
+                             0.01 - 10.0 * shift);
   const float paint = look.dark ? 0.12F : 0.8F;
   scene.paints = {{paint, paint, paint}};
   scene.ground = look.dark ? 0.72F : 0.06F;
@@ -152,48 +152,94 @@ Errors errors_of(const SyntheticScene& scene,
 }
 
 // Numbers by rows from below, left to right: which ball of poses_at has each.
-const std::vector<int> rows = {0, 1, 2, 3, 4, 5, 6, 9, 7, 8};
+const std::vector<int> by_rows = {0, 1, 2, 3, 4, 5, 6, 9, 7, 8};
 
-class SingleBalls : public testing::TestWithParam<Look> {};
+const Look small{"bright, small", 25.0, false, 1, 2.0};
 
-TEST_P(SingleBalls, AreFollowedToAFractionOfAPixel) {
-  const SyntheticScene scene = make_scene(GetParam());
-  const auto [tracks, summary] = track(scene.experiment, draw(scene));
-  const Errors errors = errors_of(scene, rows, tracks);
-  const int visible = frames * scene.experiment.particle.count - (covered_last - covered_first + 1);
-  RecordProperty("rmse_px", std::to_string(errors.position_px));
-  RecordProperty("z_score", std::to_string(errors.normalised));
-  std::printf(
-      "%s: rmse %.4f px, z %.3f, seen %d of %d, strangers %d, grade %s, sigma %.4f px, fps %.1f\n",
-      GetParam().name,
-      errors.position_px,
-      errors.normalised,
-      errors.seen,
-      visible,
-      errors.strangers,
-      to_string(summary.grade).c_str(),
-      summary.pixel_error_px,
-      summary.frames_per_second);
-  for (const auto& sentence : summary.warnings) std::printf("  %s\n", sentence.c_str());
-  EXPECT_EQ(errors.strangers, 0);
-  EXPECT_GE(errors.seen, 0.995 * visible);
-  EXPECT_LT(errors.position_px, 0.15);
-  EXPECT_GT(errors.normalised, 0.75);
-  EXPECT_LT(errors.normalised, 1.3);
-  EXPECT_FALSE(errors.has_angles);
-  EXPECT_EQ(summary.suspected_swaps, 0);
-  EXPECT_EQ(summary.angle_jumps, 0);
-  EXPECT_NEAR(summary.event_time_s, onset, 0.005);
-  EXPECT_EQ(summary.event_source, "piston face");
+// Serves all tests that only read it. Long enough for the start of motion to be found.
+const std::vector<cv::Mat>& short_film() {
+  static const std::vector<cv::Mat> pictures = draw(make_scene(small), 28);
+  return pictures;
 }
 
-INSTANTIATE_TEST_SUITE_P(Looks,
-                         SingleBalls,
-                         testing::Values(Look{"BrightSmall", 25.0, false, 1, 2.0},
-                                         Look{"DarkSmall", 25.0, true, 2, 4.0},
-                                         Look{"BrightLarge", 48.0, false, 3, 4.0},
-                                         Look{"DarkLarge", 48.0, true, 4, 2.0}),
-                         [](const auto& tested) { return tested.param.name; });
+TEST(SingleBalls, AreFollowedToAFractionOfAPixel) {
+  double normalised_square = 0.0;
+  const std::vector<Look> looks = {small,
+                                   {"dark, small", 25.0, true, 2, 4.0},
+                                   {"bright, large", 48.0, false, 3, 4.0},
+                                   {"dark, large", 48.0, true, 4, 2.0}};
+  for (const Look& look : looks) {
+    SCOPED_TRACE(look.name);
+    const SyntheticScene scene = make_scene(look);
+    const auto [tracks, summary] = track(scene.experiment, draw(scene));
+    const Errors errors = errors_of(scene, by_rows, tracks);
+    const int visible =
+        frames * scene.experiment.particle.count - (covered_last - covered_first + 1);
+    EXPECT_EQ(errors.strangers, 0);
+    EXPECT_GE(errors.seen, 0.995 * visible);
+    EXPECT_LT(errors.position_px, 0.15);
+    // The camera's error is one draw a film: a single one may look better or worse than it is.
+    EXPECT_GT(errors.normalised, 0.4);
+    EXPECT_LT(errors.normalised, 1.5);
+    normalised_square += errors.normalised * errors.normalised / static_cast<double>(looks.size());
+    EXPECT_FALSE(errors.has_angles);
+    EXPECT_EQ(summary.suspected_swaps, 0);
+    EXPECT_EQ(summary.angle_jumps, 0);
+    EXPECT_NEAR(summary.event_time_s, onset, 0.005);
+    EXPECT_EQ(summary.event_source, "piston face");
+    std::printf("%s: %.4f px, z %.2f, %d of %d\n", look.name, errors.position_px, errors.normalised, errors.seen, visible);
+  }
+  EXPECT_GT(std::sqrt(normalised_square), 0.75);
+  EXPECT_LT(std::sqrt(normalised_square), 1.3);
+}
+
+TEST(SingleBalls, AreNumberedByTheirStartingPlaces) {
+  datasets::Experiment experiment = make_scene(small).experiment;
+  const std::vector<int> wanted = {9, 8, 7, 6, 5, 4, 3, 2, 1, 0};
+  for (const int ball : wanted) {
+    const BodyPose pose = poses_at(0)[static_cast<std::size_t>(ball)];
+    experiment.starts.push_back({pose.x + 0.001, pose.z});
+  }
+  const TrackedFilm film = track(experiment, short_film());
+  EXPECT_EQ(errors_of(make_scene(small), wanted, film.trajectories).strangers, 0);
+  EXPECT_EQ(film.summary.grade, Grade::ok);
+}
+
+TEST(SingleBalls, TellOfAWrongCount) {
+  datasets::Experiment experiment = make_scene(small).experiment;
+  experiment.particle.count = 12;
+  const TrackingSummary more = track(experiment, short_film()).summary;
+  EXPECT_EQ(more.grade, Grade::fail);
+  EXPECT_TRUE(tells(more, "Frame 0 shows 10 particles but the experiment says 12."));
+  experiment.particle.count = 9;
+  EXPECT_TRUE(tells(track(experiment, short_film()).summary, "more than the 9"));
+}
+
+TEST(SingleBalls, TellOfAWrongSize) {
+  for (const double factor : {0.9, 0.95, 1.05, 1.1}) {
+    SCOPED_TRACE(factor);
+    datasets::Experiment experiment = make_scene(small).experiment;
+    experiment.particle.spheres[0].radius *= factor;
+    const TrackingSummary summary = track(experiment, short_film()).summary;
+    EXPECT_TRUE(tells(summary, "The balls look"));
+    EXPECT_EQ(summary.completeness, 1.0);
+    EXPECT_NEAR(summary.radius_learned_mm, 1.0e3 * radius, 0.02e3 * radius);
+  }
+}
+
+TEST(SingleBalls, AreMissedInAnEmptyFilm) {
+  const SyntheticScene scene = make_scene(small);
+  std::vector<cv::Mat> empty;
+  for (int k = 0; k < 3; ++k) empty.push_back(draw_frame(scene, {}, piston_z, k));
+  EXPECT_NE(refusal(scene.experiment, empty).find("no particle of one ball"), std::string::npos);
+}
+
+TEST(SingleBalls, RowsOfThreeAreRefusedWithAWayOut) {
+  datasets::Experiment experiment = make_scene(small).experiment;
+  experiment.particle.spheres = {{-0.004, radius}, {0.0, radius}, {0.004, radius}};
+  EXPECT_NE(refusal(experiment, {cv::Mat(64, 64, CV_8UC3, cv::Scalar(9, 9, 9))}).find("imports.md"),
+            std::string::npos);
+}
 
 }  // namespace
 }  // namespace graintruth::tracking
