@@ -104,7 +104,7 @@ TEST(BallFilmRun, LeavesOutWhatBallsDoNotShow) {
   const datasets::Experiment experiment = datasets::load_experiment(file);
   for (const unsigned film : {1U, 2U, 3U}) write_film_of_balls(folder, experiment, film);
   const ProgramOutcome outcome = run_program(
-      {"calibrate", file, "--budget", "6", "--out", folder / "out", "--jobs", "1", "--quiet"});
+      {"calibrate", file, "--budget", "20", "--out", folder / "out", "--jobs", "1", "--quiet"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
 
   // 1. Tracks: every ball in every frame, no angle
