@@ -14,6 +14,7 @@
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
 #include "datasets/table.h"
+#include "tracking/body.h"
 #include "tracking/recording.h"
 #include "tracking/track_bed.h"
 
@@ -185,6 +186,14 @@ Json track_film(const datasets::Experiment& experiment,
     const tracking::TrackedFilm film = tracking::track_video(recorded, replicate, options);
     datasets::write_tracks(folder.tracks(replicate.name), film.trajectories);
     summary = summary_json(film.summary, replicate);
+    if (!tracking::nominal_shape(recorded).shows_angle()) {
+      for (const char* of_pairs : {"angle_jumps",
+                                   "angle_sigma_deg",
+                                   "separation_learned_mm",
+                                   "separation_nominal_mm",
+                                   "separation_spread_mm"})
+        summary.erase(of_pairs);
+    }
   }
   for (const char* moment : {"first", "middle", "last"}) {
     const std::filesystem::path frame = folder.annotated_frame(replicate.name, moment);

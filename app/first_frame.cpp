@@ -156,7 +156,8 @@ FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
     draw_starts(picture, calibration->camera, experiment);
     draw_fiducials(picture, calibration->camera, fiducials, sightings);
   } else {
-    for (const tracking::DarkDot& dot : tracking::find_dark_dots(grey)) {
+    for (const tracking::DarkDot& dot :
+         tracking::find_dark_dots(grey, experiment.camera.fiducials)) {
       cv::circle(picture,
                  pixel(dot.centre),
                  static_cast<int>(std::lround(0.5 * dot.diameter)) + 3,

@@ -24,7 +24,8 @@ note = "Values of the template: replace them."
 [particle]
 count = 10                         # particles in the rig
 mass_g = 142                       # of one particle; weigh many and divide
-# The balls that make one particle, along its long axis; offsets from its centre of mass.
+# The balls that make one particle, along its long axis; offsets from its centre of mass. Films are tracked of two
+# balls, as here, or of one: {offset_mm = 0, radius_mm = 5}, which shows no angle.
 spheres = [
   {offset_mm = -13.915, radius_mm = 22.225},
   {offset_mm = 13.915, radius_mm = 22.225},

@@ -1,5 +1,6 @@
 #include "calibrate/agreement.h"
 
+#include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
@@ -32,6 +33,10 @@ Tally test_pose(const std::array<Spread, 3>& spreads,
   return tally;
 }
 
+double percent_of(int points, int possible) {
+  return possible == 0 ? 0.0 : 100.0 * points / possible;
+}
+
 }  // namespace
 
 double critical_value(Critical critical, int replicates) {
@@ -41,13 +46,24 @@ double critical_value(Critical critical, int replicates) {
 
 ParticleAgreement score_ranks(int particle, const std::array<int, 4>& frames_of_rank) {
   ParticleAgreement scored{.particle = particle, .frames_of_rank = frames_of_rank};
-  int frames = 0;
   for (int rank = 0; rank < 4; ++rank) {
     scored.points += rank * frames_of_rank[static_cast<std::size_t>(rank)];
-    frames += frames_of_rank[static_cast<std::size_t>(rank)];
+    scored.possible += 3 * frames_of_rank[static_cast<std::size_t>(rank)];
   }
-  scored.percent = frames == 0 ? 0.0 : 100.0 * scored.points / (3.0 * frames);
+  scored.percent = percent_of(scored.points, scored.possible);
   return scored;
+}
+
+std::vector<Quantity> compared_quantities(const Band& replicates) {
+  std::vector<Quantity> compared;
+  for (const Quantity quantity : quantities) {
+    const bool measured =
+        std::any_of(replicates.spreads.begin(), replicates.spreads.end(), [&](const auto& spreads) {
+          return spreads[static_cast<std::size_t>(quantity)].count >= 2;
+        });
+    if (measured) compared.push_back(quantity);
+  }
+  return compared;
 }
 
 Agreement agreement(const Band& replicates,
@@ -60,18 +76,23 @@ Agreement agreement(const Band& replicates,
   for (std::size_t particle = 0; particle < static_cast<std::size_t>(replicates.particles);
        ++particle) {
     std::array<int, 4> frames_of_rank = {};
+    int possible = 0;
     for (std::size_t frame = first_frame; frame < replicates.frames(); ++frame) {
       const std::size_t i = replicates.index(frame, particle);
       const Tally tally = test_pose(replicates.spreads[i], simulated.poses[i], critical);
       if (tally.made == 0) continue;
       total.passed += tally.passed;
-      total.made += tally.made;
+      possible += tally.made;
       result.ranks[i] = tally.passed;
       ++frames_of_rank[static_cast<std::size_t>(tally.passed)];
     }
-    result.per_particle.push_back(score_ranks(static_cast<int>(particle) + 1, frames_of_rank));
+    ParticleAgreement scored = score_ranks(static_cast<int>(particle) + 1, frames_of_rank);
+    scored.possible = possible;
+    scored.percent = percent_of(scored.points, possible);
+    result.per_particle.push_back(scored);
+    total.made += possible;
   }
-  result.percent = total.made == 0 ? 0.0 : 100.0 * total.passed / total.made;
+  result.percent = percent_of(total.passed, total.made);
   return result;
 }
 

@@ -21,7 +21,8 @@ struct ParticleAgreement {
   int particle = 0;                        // from 1
   std::array<int, 4> frames_of_rank = {};  // frames in which 0, 1, 2, 3 quantities lie inside
   int points = 0;                          // eq 4.3: sum of rank x frames
-  double percent = 0.0;                    // of 3 points a frame
+  int possible = 0;      // points to be had: one a quantity that was measured, and frame
+  double percent = 0.0;  // points of those possible
 };
 
 struct Agreement {
@@ -30,8 +31,12 @@ struct Agreement {
   std::vector<int> ranks;  // 0..3, frame-major; -1 where the particle was not measured
 };
 
-// Eq 4.3 and its percentage for given counts of frames at each rank.
+// Eq 4.3 and its percentage for given counts of frames at each rank, where all three quantities
+// were measured in every frame.
 ParticleAgreement score_ranks(int particle, const std::array<int, 4>& frames_of_rank);
+
+// The quantities that some particle has an interval of: tracks may tell no angles.
+std::vector<Quantity> compared_quantities(const Band& replicates);
 
 // Ranks `simulated` against mean +- critical s / sqrt(n) of the replicates. Frames before
 // `first_frame` are left out (the first frame's spread is only that of placing). No floor under the

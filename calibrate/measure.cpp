@@ -86,6 +86,11 @@ double value_of(const datasets::Pose& pose, Quantity quantity) {
   return nan;
 }
 
+const char* name_of(Quantity quantity) {
+  constexpr std::array<const char*, 3> names = {"x", "z", "angle"};
+  return names[static_cast<std::size_t>(quantity)];
+}
+
 double difference(Quantity quantity, double a, double b) {
   const double plain = a - b;
   return quantity == Quantity::angle ? plain - pi * std::floor(plain / pi + 0.5) : plain;

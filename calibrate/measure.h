@@ -16,6 +16,7 @@ namespace graintruth::calibrate {
 enum class Quantity { x, z, angle };
 inline constexpr std::array<Quantity, 3> quantities = {Quantity::x, Quantity::z, Quantity::angle};
 
+const char* name_of(Quantity quantity);  // as in files: x, z, angle
 double value_of(const datasets::Pose& pose, Quantity quantity);
 
 // a - b. Angles of bodies with equal ends repeat every pi: their difference is wrapped to [-pi/2,

@@ -23,10 +23,15 @@ Json agreement_json(const Problem& problem, const Score& score, const ScoreConte
                             {"rank2", row.frames_of_rank[2]},
                             {"rank3", row.frames_of_rank[3]},
                             {"points", row.points},
+                            {"possible", row.possible},
                             {"percent", row.percent},
                             {"percent_student_t", score.student.per_particle[i].percent}});
   }
-  return {{"percent", score.thesis.percent},
+  Json compared = Json::array();
+  for (const Quantity quantity : compared_quantities(problem.comparison->target().replicates))
+    compared.push_back(name_of(quantity));
+  return {{"quantities", compared},
+          {"percent", score.thesis.percent},
           {"percent_student_t", score.student.percent},
           {"ceiling_percent", context.thesis_ceiling},
           {"ceiling_percent_student_t", context.student_ceiling},
@@ -79,13 +84,21 @@ void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
 }
 
 void write_agreement(const datasets::RunFolder& folder, const Score& score) {
-  Table table(
-      {"particle", "rank0", "rank1", "rank2", "rank3", "points", "percent", "percent_student_t"});
+  Table table({"particle",
+               "rank0",
+               "rank1",
+               "rank2",
+               "rank3",
+               "points",
+               "possible",
+               "percent",
+               "percent_student_t"});
   for (std::size_t i = 0; i < score.thesis.per_particle.size(); ++i) {
     const ParticleAgreement& row = score.thesis.per_particle[i];
     std::vector<std::string> cells = {std::to_string(row.particle)};
     for (const int frames : row.frames_of_rank) cells.push_back(std::to_string(frames));
     cells.push_back(std::to_string(row.points));
+    cells.push_back(std::to_string(row.possible));
     cells.push_back(number_text(row.percent));
     cells.push_back(number_text(score.student.per_particle[i].percent));
     table.add(std::move(cells));
@@ -113,7 +126,6 @@ void write_ranks(const datasets::RunFolder& folder, const Band& band, const Scor
 // Replicates' mean and 95 % intervals beside the simulated mean and the standard deviation of its
 // single runs.
 void write_bands(const datasets::RunFolder& folder, const Band& band, const Score& score) {
-  constexpr std::array<const char*, 3> names = {"x", "z", "angle"};
   const Band simulated = measure(completed_tracks(score.evaluation.runs));
   Table table({"frame",
                "time_s",
@@ -145,7 +157,7 @@ void write_bands(const datasets::RunFolder& folder, const Band& band, const Scor
         table.add({std::to_string(frame),
                    number_text(band.time[frame]),
                    std::to_string(particle + 1),
-                   names[q],
+                   name_of(quantities[q]),
                    number_text(measured.mean),
                    number_text(measured.mean - z),
                    number_text(measured.mean + z),

@@ -93,11 +93,13 @@ struct ParticleRow {
   std::string particle;
   double ranks[4] = {};
   double points = 0.0;
+  double possible = 0.0;  // points to be had
   double thesis = 0.0;
   double student = 0.0;
 };
 
 std::vector<ParticleRow> particle_rows(const RunData& data) {
+  const auto quantities = static_cast<double>(compared_quantities(data).size());
   std::vector<ParticleRow> rows;
   if (const auto table = data.table("agreement")) {
     rows.resize(table->rows());
@@ -106,10 +108,13 @@ std::vector<ParticleRow> particle_rows(const RunData& data) {
     const auto thesis = column(*table, "percent");
     const auto student = column(*table, "percent_student_t");
     for (std::size_t i = 0; i < rows.size(); ++i)
-      rows[i] = {particles[i], {}, points[i], thesis[i], student[i]};
+      rows[i] = {particles[i], {}, points[i], 0.0, thesis[i], student[i]};
     for (int rank = 0; rank < 4; ++rank) {
       const auto frames = column(*table, fmt::format("rank{}", rank));
-      for (std::size_t i = 0; i < rows.size(); ++i) rows[i].ranks[rank] = frames[i];
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        rows[i].ranks[rank] = frames[i];
+        rows[i].possible += quantities * frames[i];
+      }
     }
     return rows;
   }
@@ -118,65 +123,67 @@ std::vector<ParticleRow> particle_rows(const RunData& data) {
                     .points = number(particle, {"points"}),
                     .thesis = number(particle, {"percent"}),
                     .student = number(particle, {"percent_student_t"})};
-    for (int rank = 0; rank < 4; ++rank)
+    for (int rank = 0; rank < 4; ++rank) {
       row.ranks[rank] = number(particle, {fmt::format("rank{}", rank)});
+      row.possible += quantities * row.ranks[rank];
+    }
     rows.push_back(row);
   }
   return rows;
 }
 
-TableView particle_table(const std::vector<ParticleRow>& rows) {
+// `quantities` is the highest rank.
+TableView particle_table(const std::vector<ParticleRow>& rows, int quantities) {
+  std::vector<TableView::Column> columns = {{"Particle", Align::left}, {"Frames of rank 0"}};
+  for (int rank = 1; rank <= quantities; ++rank) columns.push_back({fmt::format("rank {}", rank)});
+  columns.insert(columns.end(),
+                 {{"Weighted points"}, {"Agreement (1.96)"}, {"Agreement (Student)"}});
   TableView table(
       "Agreement per particle, laid out as the thesis's Table 4.2 (ranks and points in its 1.96 "
       "form)",
-      {{"Particle", Align::left},
-       {"Frames of rank 0"},
-       {"rank 1"},
-       {"rank 2"},
-       {"rank 3"},
-       {"Weighted points"},
-       {"Agreement (1.96)"},
-       {"Agreement (Student)"}});
+      columns);
+  // A row: name, what each rank has, the rest
+  const auto cells = [&](std::string name, const auto& of_rank, std::vector<std::string> rest) {
+    std::vector<std::string> row = {std::move(name)};
+    for (int rank = 0; rank <= quantities; ++rank) row.push_back(of_rank(rank));
+    row.insert(row.end(), rest.begin(), rest.end());
+    return row;
+  };
   double frames_total = 0.0;
   double sums[4] = {};
   double points = 0.0;
+  double possible = 0.0;
   double thesis = 0.0;
   double student = 0.0;
   for (const ParticleRow& row : rows) {
-    double frames = 0.0;
     for (int rank = 0; rank < 4; ++rank) {
       sums[rank] += row.ranks[rank];
-      frames += row.ranks[rank];
+      frames_total += row.ranks[rank];
     }
-    frames_total += frames;
     points += row.points;
+    possible += row.possible;
     thesis += row.thesis;
     student += row.student;
-    table.add_row({row.particle,
-                   count(row.ranks[0]),
-                   count(row.ranks[1]),
-                   count(row.ranks[2]),
-                   count(row.ranks[3]),
-                   fmt::format("{} of {}", count(row.points), count(3.0 * frames)),
-                   percent(row.thesis),
-                   percent(row.student)});
+    table.add_row(cells(row.particle,
+                        [&](int rank) { return count(row.ranks[rank]); },
+                        {fmt::format("{} of {}", count(row.points), count(row.possible)),
+                         percent(row.thesis),
+                         percent(row.student)}));
   }
   const double particles = static_cast<double>(rows.size());
-  table.add_total({"All",
-                   count(sums[0]),
-                   count(sums[1]),
-                   count(sums[2]),
-                   count(sums[3]),
-                   fmt::format("{} of {}", count(points), count(3.0 * frames_total)),
-                   percent(thesis / particles),
-                   percent(student / particles)});
-  const auto share = [&](int rank) { return percent(100.0 * sums[rank] / frames_total); };
-  table.add_total({"Share of frames", share(0), share(1), share(2), share(3), "", "", ""});
+  table.add_total(cells("All",
+                        [&](int rank) { return count(sums[rank]); },
+                        {fmt::format("{} of {}", count(points), count(possible)),
+                         percent(thesis / particles),
+                         percent(student / particles)}));
+  table.add_total(cells("Share of frames",
+                        [&](int rank) { return percent(100.0 * sums[rank] / frames_total); },
+                        {"", "", ""}));
   return table;
 }
 
-// One cell a particle and frame: how many of x, z and angle lie inside.
-Figure rank_figure(const datasets::Table& ranks) {
+// One cell a particle and frame: how many quantities lie inside, at most `quantities`.
+Figure rank_figure(const datasets::Table& ranks, int quantities) {
   const std::vector<double> times = column(ranks, "time_s");
   const std::vector<double> particles = column(ranks, "particle");
   const std::set<double> columns(times.begin(), times.end());
@@ -199,10 +206,14 @@ Figure rank_figure(const datasets::Table& ranks) {
       z.push_back(plot_numbers(line_of_cells));
     }
     Json scale = Json::array();
-    for (int rank = 0; rank < 4; ++rank) {
-      const std::string colour = fmt::format("var(--rank{})", rank);
-      scale.push_back({rank / 4.0, colour});
-      scale.push_back({(rank + 1) / 4.0, colour});
+    const double shades = quantities + 1.0;
+    Json ticks = Json::array();
+    for (int rank = 0; rank <= quantities; ++rank) {
+      // The best is as dark whatever it is out of.
+      const std::string colour = fmt::format("var(--rank{})", rank == quantities ? 3 : rank);
+      scale.push_back({rank / shades, colour});
+      scale.push_back({(rank + 1) / shades, colour});
+      ticks.push_back(rank);
     }
     FigureChoice made{.label = label};
     made.traces.push_back({{"type", "heatmap"},
@@ -210,14 +221,14 @@ Figure rank_figure(const datasets::Table& ranks) {
                            {"y", names},
                            {"z", z},
                            {"zmin", -0.5},
-                           {"zmax", 3.5},
+                           {"zmax", quantities + 0.5},
                            {"xgap", 1},
                            {"ygap", 1},
                            {"colorscale", scale},
                            {"hovertemplate", "particle %{y}, %{x} s: rank %{z}<extra></extra>"},
                            {"colorbar",
                             {{"title", {{"text", "rank"}, {"font", {{"size", 12}}}}},
-                             {"tickvals", {0, 1, 2, 3}},
+                             {"tickvals", ticks},
                              {"thickness", 12},
                              {"outlinewidth", 0}}}});
     return made;
@@ -262,22 +273,24 @@ Section agreement_section(const RunData& data, Section section) {
     section.add_absence("This run computed no agreement with tracks.");
   }
 
+  const std::vector<std::string> quantities = compared_quantities(data);
+  const auto highest = static_cast<int>(quantities.size());
   section.add_heading("Per particle");
   const std::vector<ParticleRow> particles = particle_rows(data);
   if (particles.empty()) {
     section.add_absence("The table of agreement per particle (tables/agreement.csv) is absent.");
   } else {
-    section.add_paragraph(
-        "Rank of a particle in a frame: how many of its three values x, z and angle lie inside the "
-        "films' 95 % "
-        "interval, 0 to 3. Weighted points are the sum of the ranks; agreement is the points "
-        "reached out of those that "
-        "could be reached.");
-    section.add_table(particle_table(particles));
+    section.add_paragraph(fmt::format(
+        "Rank of a particle in a frame: how many of its values ({}) lie inside the films' 95 % "
+        "interval, 0 to {}. Weighted points are the sum of the ranks; agreement is the points "
+        "reached out of those that could be reached.",
+        joined(quantities),
+        highest));
+    section.add_table(particle_table(particles, highest));
   }
   const auto ranks = data.table("ranks");
   if (ranks && (ranks->has("rank") || ranks->has("rank_student_t"))) {
-    section.add_figure(rank_figure(*ranks));
+    section.add_figure(rank_figure(*ranks, highest));
   } else {
     section.add_absence(
         "The ranks frame by frame (tables/ranks.csv) are absent, so no heat map is drawn.");

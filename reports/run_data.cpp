@@ -119,4 +119,12 @@ std::vector<std::string> text_column(const datasets::Table& table, std::string_v
   return cells;
 }
 
+std::vector<std::string> compared_quantities(const RunData& data) {
+  std::vector<std::string> names;
+  for (const Json& name : list(data.result, {"agreement", "quantities"}))
+    names.push_back(name.get<std::string>());
+  if (names.empty()) names = {"x", "z", "angle"};  // of runs that do not tell
+  return names;
+}
+
 }  // namespace graintruth::reports

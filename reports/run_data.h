@@ -42,6 +42,8 @@ const Json& at(const Json& json, std::initializer_list<std::string_view> path);
 double number(const Json& json, std::initializer_list<std::string_view> path);
 // "" where there is no text; a number or a boolean is written out.
 std::string text(const Json& json, std::initializer_list<std::string_view> path);
+// The quantities that the agreement compares: x, z, angle, or fewer where tracks tell no angles.
+std::vector<std::string> compared_quantities(const RunData& data);
 // Empty where there is no array.
 const Json& list(const Json& json, std::initializer_list<std::string_view> path);
 

@@ -85,23 +85,36 @@ double mean_square_difference(const Course& course) {
   return values > 0 ? sum / values : std::nan("");
 }
 
+// Single balls, and some programs' files, tell no angles.
+bool shows_angles(const std::map<int, ParticleCourses>& courses) {
+  return std::any_of(courses.begin(), courses.end(), [](const auto& of_particle) {
+    const std::vector<double>& angles = of_particle.second.angle.measured;
+    return std::any_of(
+        angles.begin(), angles.end(), [](double angle) { return std::isfinite(angle); });
+  });
+}
+
 TableView difference_table(const std::map<int, ParticleCourses>& courses) {
+  std::vector<TableView::Column> columns = {{"Particle", Align::left},
+                                            {"RMS distance (mm)"},
+                                            {"Half-width x (mm)"},
+                                            {"Half-width z (mm)"}};
+  const bool with_angle = shows_angles(courses);
+  if (with_angle) columns.insert(columns.end(), {{"RMS angle (°)"}, {"Half-width angle (°)"}});
   TableView table(
       "How far the simulated mean is from the filmed mean, beside the interval it has to hit",
-      {{"Particle", Align::left},
-       {"RMS distance (mm)"},
-       {"Half-width x (mm)"},
-       {"Half-width z (mm)"},
-       {"RMS angle (°)"},
-       {"Half-width angle (°)"}});
+      columns);
   for (const auto& [particle, course] : courses) {
-    table.add_row(
-        {std::to_string(particle),
-         decimal(std::sqrt(mean_square_difference(course.x) + mean_square_difference(course.z)), 1),
-         decimal(median_half_width(course.x), 1),
-         decimal(median_half_width(course.z), 1),
-         decimal(std::sqrt(mean_square_difference(course.angle)), 1),
-         decimal(median_half_width(course.angle), 1)});
+    std::vector<std::string> cells = {
+        std::to_string(particle),
+        decimal(std::sqrt(mean_square_difference(course.x) + mean_square_difference(course.z)), 1),
+        decimal(median_half_width(course.x), 1),
+        decimal(median_half_width(course.z), 1)};
+    if (with_angle) {
+      cells.push_back(decimal(std::sqrt(mean_square_difference(course.angle)), 1));
+      cells.push_back(decimal(median_half_width(course.angle), 1));
+    }
+    table.add_row(cells);
   }
   return table;
 }
@@ -151,50 +164,82 @@ void add_course(Json& traces, const Course& course, std::string_view y_axis, boo
   }
 }
 
-// x, z and angle of a particle, one above the other.
-FigureChoice stacked(int particle, const Course& x, const Course& z, const Course& angle) {
+// The courses of a particle one above the other, each with the name of its axis.
+struct Panel {
+  std::string axis;
+  Course ParticleCourses::*course;
+};
+
+std::vector<Panel> panels(bool with_angle, std::string_view prefix) {
+  std::vector<Panel> all = {{fmt::format("{}x (mm)", prefix), &ParticleCourses::x},
+                            {fmt::format("{}z (mm)", prefix), &ParticleCourses::z}};
+  if (with_angle) all.push_back({fmt::format("{}angle (°)", prefix), &ParticleCourses::angle});
+  return all;
+}
+
+std::string numbered(std::string_view name, std::size_t panel) {
+  return panel == 0 ? std::string(name) : fmt::format("{}{}", name, panel + 1);
+}
+
+Json stacked_layout(const std::vector<Panel>& stack) {
+  constexpr double gap = 0.05;
+  const auto count = static_cast<double>(stack.size());
+  const double height = (1.0 - gap * (count - 1.0)) / count;
+  Json layout = {
+      {"xaxis",
+       axis("Time since the start event (s)", {{"anchor", numbered("y", stack.size() - 1)}})}};
+  for (std::size_t panel = 0; panel < stack.size(); ++panel) {
+    const double top = 1.0 - static_cast<double>(panel) * (height + gap);
+    layout[numbered("yaxis", panel)] =
+        axis(stack[panel].axis, {{"domain", {std::max(0.0, top - height), top}}});
+  }
+  return layout;
+}
+
+FigureChoice stacked(int particle,
+                     const ParticleCourses& courses,
+                     const std::vector<Panel>& stack) {
   FigureChoice choice{.label = std::to_string(particle)};
-  add_course(choice.traces, x, "y", true);
-  add_course(choice.traces, z, "y2", false);
-  add_course(choice.traces, angle, "y3", false);
+  for (std::size_t panel = 0; panel < stack.size(); ++panel)
+    add_course(choice.traces, courses.*stack[panel].course, numbered("y", panel), panel == 0);
   return choice;
 }
 
-Json stacked_layout(std::string_view x, std::string_view z, std::string_view angle) {
-  return {{"xaxis", axis("Time since the start event (s)", {{"anchor", "y3"}})},
-          {"yaxis", axis(x, {{"domain", {0.70, 1.0}}})},
-          {"yaxis2", axis(z, {{"domain", {0.35, 0.65}}})},
-          {"yaxis3", axis(angle, {{"domain", {0.0, 0.30}}})}};
-}
+int stacked_height(const std::vector<Panel>& stack) { return 240 * static_cast<int>(stack.size()); }
 
 Figure course_figure(const std::map<int, ParticleCourses>& courses) {
+  const std::vector<Panel> stack = panels(shows_angles(courses), "");
   std::vector<FigureChoice> choices;
   for (const auto& [particle, course] : courses)
-    choices.push_back(stacked(particle, course.x, course.z, course.angle));
-  return {.id = "tracks-over-time",
-          .caption =
-              "Position and angle of one particle against time; the dashed line should follow the "
-              "solid one "
-              "through every bend.",
-          .height = 720,
-          .layout = stacked_layout("x (mm)", "z (mm)", "angle (°)"),
-          .menu = "Particle",
-          .choices = choices};
+    choices.push_back(stacked(particle, course, stack));
+  return {
+      .id = "tracks-over-time",
+      .caption = fmt::format(
+          "Position{} of one particle against time; the dashed line should follow the solid one "
+          "through every bend.",
+          stack.size() > 2 ? " and angle" : ""),
+      .height = stacked_height(stack),
+      .layout = stacked_layout(stack),
+      .menu = "Particle",
+      .choices = choices};
 }
 
 Figure difference_figure(const std::map<int, ParticleCourses>& courses) {
+  const std::vector<Panel> stack = panels(shows_angles(courses), "Δ");
   std::vector<FigureChoice> choices;
   for (const auto& [particle, course] : courses) {
-    choices.push_back(stacked(
-        particle, from_measured(course.x), from_measured(course.z), from_measured(course.angle)));
+    choices.push_back(
+        stacked(particle,
+                {from_measured(course.x), from_measured(course.z), from_measured(course.angle)},
+                stack));
   }
   return {.id = "tracks-difference",
           .caption =
               "The same as differences from the films' mean: where the dashed line leaves the "
               "shaded interval, "
               "simulation and films disagree by more than the replicates do.",
-          .height = 720,
-          .layout = stacked_layout("Δx (mm)", "Δz (mm)", "Δangle (°)"),
+          .height = stacked_height(stack),
+          .layout = stacked_layout(stack),
           .menu = "Particle",
           .choices = choices};
 }

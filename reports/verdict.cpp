@@ -149,7 +149,7 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
   return sentences;
 }
 
-std::string agreement_sentence(const Json& agreement) {
+std::string agreement_sentence(const Json& agreement, const std::vector<std::string>& quantities) {
   const double student = number(agreement, {"percent_student_t"});
   const double thesis = number(agreement, {"percent"});
   const double seeds = number(agreement, {"seeds"});
@@ -158,11 +158,12 @@ std::string agreement_sentence(const Json& agreement) {
                               ? fmt::format("The mean of {} simulations", count(seeds))
                               : std::string("The simulation");
   return fmt::format(
-      "{} lies inside the films' 95 % confidence interval for {} of all values (x, z and angle of "
-      "every particle in "
-      "every frame) when the interval is Student's, and for {} in the thesis's form with 1.96.",
+      "{} lies inside the films' 95 % confidence interval for {} of all values ({} of every "
+      "particle "
+      "in every frame) when the interval is Student's, and for {} in the thesis's form with 1.96.",
       who,
       percent(student),
+      joined(quantities),
       percent(thesis));
 }
 
@@ -275,7 +276,7 @@ Json verdict_view(const RunData& data) {
   const Json& agreement = at(data.result, {"agreement"});
   const Json& warnings = list(data.result, {"warnings"});
   std::vector<std::string> sentences = parameter_sentences(data);
-  for (std::string sentence : {agreement_sentence(agreement),
+  for (std::string sentence : {agreement_sentence(agreement, compared_quantities(data)),
                                yardstick_sentence(agreement),
                                standing_sentence(agreement),
                                single_run_sentence(agreement)})

@@ -31,14 +31,31 @@ struct Similarity {
   }
 };
 
+double largest_distance(const std::vector<datasets::Fiducial>& fiducials) {
+  double largest = 0.0;
+  for (const datasets::Fiducial& a : fiducials) {
+    for (const datasets::Fiducial& b : fiducials)
+      largest = std::max(largest, std::hypot(a.x - b.x, a.z - b.z));
+  }
+  return largest;
+}
+
 }  // namespace
 
-std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
+std::vector<DarkDot> find_dark_dots(const cv::Mat& grey,
+                                    const std::vector<datasets::Fiducial>& fiducials) {
   cv::Mat smooth;
   cv::GaussianBlur(grey, smooth, cv::Size(3, 3), 0.0);
   double darkest = 0.0, lightest = 0.0;
   cv::minMaxLoc(smooth, &darkest, &lightest);
   constexpr int levels = 24;
+  // As large as a dot looks where the layout is twice as wide as the picture
+  double diameter = 0.0;
+  for (const datasets::Fiducial& fiducial : fiducials)
+    diameter = std::max(diameter, fiducial.diameter);
+  const double largest =
+      2.0 * std::hypot(grey.cols, grey.rows) * diameter / largest_distance(fiducials);
+  const double largest_area = 0.25 * std::numbers::pi * largest * largest;
   struct Group {
     DarkDot sum;
     int members = 0;
@@ -56,7 +73,7 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
       const double area =
           cv::contourArea(contour) + 0.5 * static_cast<double>(contour.size()) + 1.0;
       const double smallest = 12.0;  // px^2: below 4 px across a dot has no measurable shape
-      if (area < smallest || area > grey.total() / 300.0) continue;
+      if (area < smallest || area > largest_area) continue;
       const cv::Rect box = cv::boundingRect(contour);
       if (std::max(box.width, box.height) > 1.6 * std::min(box.width, box.height) + 1.0) continue;
       // A disc fills pi/4 of its box.
@@ -108,7 +125,7 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey) {
 std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
                                              const std::vector<datasets::Fiducial>& fiducials,
                                              double pixel_aspect) {
-  std::vector<DarkDot> dots = find_dark_dots(grey);
+  std::vector<DarkDot> dots = find_dark_dots(grey, fiducials);
   // Printed dots are larger than the texture of what was filmed: they are tried first.
   std::stable_sort(dots.begin(), dots.end(), [](const DarkDot& a, const DarkDot& b) {
     return a.diameter > b.diameter;
@@ -120,9 +137,7 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
   // Diameters in corrected pixels: area scales with the aspect.
   const auto size = [&](std::size_t k) { return dots[k].diameter * std::sqrt(pixel_aspect); };
 
-  double widest = 0.0;
-  for (std::size_t i = 0; i < fiducials.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) widest = std::max(widest, (lab(i) - lab(j)).norm());
+  const double widest = largest_distance(fiducials);
 
   struct Match {
     std::vector<int> dot_of;  // per fiducial, -1 unseen

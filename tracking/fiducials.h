@@ -16,9 +16,10 @@ struct DarkDot {
   double diameter = 0.0;   // px, of the disc of the same area
 };
 
-// All patches that could be a dot, over all grey levels at which they might separate from their
-// ground.
-std::vector<DarkDot> find_dark_dots(const cv::Mat& grey);
+// All patches that could be one of these dots, over all grey levels at which they might separate
+// from their ground.
+std::vector<DarkDot> find_dark_dots(const cv::Mat& grey,
+                                    const std::vector<datasets::Fiducial>& fiducials);
 
 // The assignment of dots to fiducials that explains most of them: two dots fix a similarity
 // (upright camera, the scale also told by the dots' size), all others vote. Sub-pixel centres by

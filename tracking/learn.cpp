@@ -33,6 +33,21 @@ double spread_of(const std::vector<double>& values, double mean) {
   return values.size() > 1 ? std::sqrt(square / static_cast<double>(values.size() - 1)) : 0.0;
 }
 
+// Scatter of values that should all be `mean` over what their weights (information per ray
+// variance) make of it; at least `least`.
+double excess_of(const std::vector<double>& values,
+                 const std::vector<double>& weights,
+                 double mean,
+                 double ray_variance,
+                 double least) {
+  double square_sum = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double square = std::pow(values[i] - mean, 2) * weights[i] / ray_variance;
+    square_sum += std::min(square, 25.0) / static_cast<double>(values.size());
+  }
+  return values.empty() ? 1.0 : std::max(least, std::sqrt(square_sum));
+}
+
 // The ball's centre and its covariance (per ray variance) when its radius is known.
 struct CentreEstimate {
   Eigen::Vector2d centre;
@@ -79,7 +94,7 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
     body.ray_variance_px2 = variance * inflation;
 
     // 2. Radii: information about the radius left when the centre is free
-    for (std::size_t ball = 0; ball < 2; ++ball) {
+    for (std::size_t ball = 0; ball < nominal.balls; ++ball) {
       std::vector<double> values, weights;
       for (const BodyFit& fit : frames) {
         const BallEvidence& seen = fit.balls[ball];
@@ -97,6 +112,18 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
       }
       if (!values.empty()) body.shape.radius[ball] = robust_mean(values, weights);
       radii.push_back(body.shape.radius[ball]);
+      // Light and shade that stay on a ball make its radius no less steady: no more is believed
+      // than drawn films, whose truth is known, allow.
+      constexpr double least_of_radius = 0.6;
+      if (nominal.balls == 1) {
+        body.excess = excess_of(
+            values, weights, body.shape.radius[0], body.ray_variance_px2, least_of_radius);
+      }
+    }
+    if (nominal.balls == 1) {
+      body.shape.radius[1] = body.shape.radius[0];
+      learned.bodies.push_back(body);
+      continue;
     }
 
     // 3. Separation, with these radii
@@ -112,15 +139,11 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
     }
     if (!values.empty()) body.shape.separation = robust_mean(values, weights);
     separations.push_back(body.shape.separation);
-    double excess_square = 0.0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double square =
-          std::pow(values[i] - body.shape.separation, 2) * weights[i] / body.ray_variance_px2;
-      excess_square += std::min(square, 25.0) / static_cast<double>(values.size());
-    }
     // Rays that err alike on both balls cancel in the separation: what it gains is not believed in
     // full.
-    body.excess = values.empty() ? 1.0 : std::max(0.75, std::sqrt(excess_square));
+    constexpr double least_of_separation = 0.75;
+    body.excess = excess_of(
+        values, weights, body.shape.separation, body.ray_variance_px2, least_of_separation);
     learned.bodies.push_back(body);
   }
   for (double r : radii) learned.radius_mean += r / static_cast<double>(radii.size());
@@ -150,7 +173,7 @@ SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned) {
     const Eigen::Vector2d across(-std::sin(result.pose.angle), std::cos(result.pose.angle));
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (std::size_t ball = 0; ball < 2; ++ball) {
+    for (std::size_t ball = 0; ball < shape.balls; ++ball) {
       const BallEvidence& seen = fit.balls[ball];
       const Eigen::Vector3d here(centres[ball].x(), centres[ball].y(), shape.radius[ball]);
       const Eigen::Vector3d pull = seen.gain - seen.information * (here - seen.reference);
@@ -159,6 +182,7 @@ SolvedPose solve_pose(const BodyFit& fit, const LearnedShape& learned) {
       normal += motion.transpose() * seen.information.topLeftCorner<2, 2>() * motion;
       right += motion.transpose() * pull.head<2>();
     }
+    if (!shape.shows_angle()) normal(2, 2) = 1.0;
     const Eigen::Vector3d change = normal.ldlt().solve(right);
     if (!change.allFinite()) break;
     result.pose.x += change[0];

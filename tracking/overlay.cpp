@@ -145,15 +145,17 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
       continue;
     }
     const BodyShape& shape = findings.shapes[body];
-    const auto centres = ball_centres({pose.x, pose.z, pose.angle}, shape);
-    for (std::size_t ball = 0; ball < 2; ++ball) {
+    const auto centres =
+        ball_centres({pose.x, pose.z, shape.shows_angle() ? pose.angle : 0.0}, shape);
+    for (std::size_t ball = 0; ball < shape.balls; ++ball) {
       sphere_outline(camera, centres[ball].x(), centres[ball].y(), shape.radius[ball], outline);
       for (std::size_t k = 0; k < outline.size(); ++k) {
         const double angle = 2.0 * 3.14159265358979 * (static_cast<double>(k) + 0.5) /
                              static_cast<double>(outline.size());
         const Eigen::Vector2d point =
             centres[ball] + shape.radius[ball] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-        if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball]) continue;
+        if (shape.balls == 2 && (point - centres[1 - ball]).norm() < shape.radius[1 - ball])
+          continue;
         cv::line(picture,
                  fixed(outline[k]),
                  fixed(outline[(k + 1) % outline.size()]),
@@ -163,13 +165,15 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
                  shift);
       }
     }
-    cv::line(picture,
-             fixed(camera.project(centres[0].x(), centres[0].y())),
-             fixed(camera.project(centres[1].x(), centres[1].y())),
-             colour,
-             1,
-             cv::LINE_AA,
-             shift);
+    if (shape.shows_angle()) {
+      cv::line(picture,
+               fixed(camera.project(centres[0].x(), centres[0].y())),
+               fixed(camera.project(centres[1].x(), centres[1].y())),
+               colour,
+               1,
+               cv::LINE_AA,
+               shift);
+    }
     const Eigen::Vector2d middle = camera.project(pose.x, pose.z);
     write_text(picture,
                std::to_string(body + 1),

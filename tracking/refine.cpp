@@ -131,7 +131,7 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
   std::vector<Difference> differences;
   Eigen::Vector3f paint = Eigen::Vector3f::Zero();
   const auto centres = ball_centres(pose, shape);
-  for (std::size_t ball = 0; ball < 2; ++ball) {
+  for (std::size_t ball = 0; ball < shape.balls; ++ball) {
     const double pixel = 1.0 / camera.scale(centres[ball].x(), centres[ball].y());  // m
     const Eigen::Matrix2d pixel_from_plane = camera.jacobian(centres[ball].x(), centres[ball].y());
     const Eigen::Vector2d middle = camera.project(centres[ball].x(), centres[ball].y());
@@ -142,7 +142,9 @@ Eigen::Matrix3f whitening_of(const EdgeImage& image,
       for (double reach = 0.72 * shape.radius[ball]; reach < shape.radius[ball] - 3.0 * pixel;
            reach += pixel) {
         const Eigen::Vector2d point = centres[ball] + reach * direction;
-        if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball] + 2.0 * pixel) continue;
+        if (shape.balls == 2 &&
+            (point - centres[1 - ball]).norm() < shape.radius[1 - ball] + 2.0 * pixel)
+          continue;
         const Eigen::Vector2d inner =
             middle + pixel_from_plane * ((reach - 0.5 * pixel) * direction);
         const Eigen::Vector2d outer =
@@ -205,7 +207,7 @@ void cast_rays(const EdgeImage& image,
                ObservedLimbs* observed = nullptr) {
   const auto centres = ball_centres(pose, shape);
   std::vector<Eigen::Vector2d> outline(rays_per_ball);
-  for (std::size_t ball = 0; ball < 2; ++ball) {
+  for (std::size_t ball = 0; ball < shape.balls; ++ball) {
     const double radius = shape.radius[ball];
     const Eigen::Matrix2d pixel_from_plane = camera.jacobian(centres[ball].x(), centres[ball].y());
     const double scale = std::sqrt(std::abs(pixel_from_plane.determinant()));
@@ -218,7 +220,9 @@ void cast_rays(const EdgeImage& image,
       hit = RayHit{};
       const Eigen::Vector2d& direction = ray_directions[static_cast<std::size_t>(k)];
       const Eigen::Vector2d point = centres[ball] + radius * direction;
-      if ((point - centres[1 - ball]).norm() < shape.radius[1 - ball] + clearance) continue;
+      if (shape.balls == 2 &&
+          (point - centres[1 - ball]).norm() < shape.radius[1 - ball] + clearance)
+        continue;
       double gap = 1.0e9;  // m, to the nearest foreign edge
       for (const auto& disc : surroundings.discs)
         gap = std::min(gap, (point - disc.centre).norm() - disc.radius);
@@ -258,12 +262,6 @@ void cast_rays(const EdgeImage& image,
 
 }  // namespace
 
-std::array<Eigen::Vector2d, 2> ball_centres(const BodyPose& pose, const BodyShape& shape) {
-  const Eigen::Vector2d point(pose.x, pose.z), axis(std::cos(pose.angle), std::sin(pose.angle));
-  return {point - shape.first_share * shape.separation * axis,
-          point + (1.0 - shape.first_share) * shape.separation * axis};
-}
-
 BodyFit refine_body(const EdgeImage& image,
                     const Camera& camera,
                     const BodyShape& shape,
@@ -290,7 +288,7 @@ BodyFit refine_body(const EdgeImage& image,
         if (hit.placed) displacements.push_back(hit.displacement);
       }
     }
-    fit.visible = static_cast<double>(eligible) / (2.0 * rays_per_ball);
+    fit.visible = static_cast<double>(eligible) / static_cast<double>(shape.balls * rays_per_ball);
     fit.edge_strength = median(std::move(strengths));
     for (double d : displacements) misses.push_back(std::abs(d));
     constexpr double normal_quartile = 0.6745;
@@ -311,7 +309,7 @@ BodyFit refine_body(const EdgeImage& image,
     std::array<BallEvidence, 2> evidence;
     const auto centres = ball_centres(fit.pose, shape);
     int near = 0;
-    for (std::size_t ball = 0; ball < 2; ++ball) {
+    for (std::size_t ball = 0; ball < shape.balls; ++ball) {
       evidence[ball].reference << centres[ball].x(), centres[ball].y(), shape.radius[ball];
       for (const RayHit& hit : rays[ball]) {
         if (!hit.found) continue;
@@ -330,7 +328,7 @@ BodyFit refine_body(const EdgeImage& image,
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     const Eigen::Vector2d across(-std::sin(fit.pose.angle), std::cos(fit.pose.angle));
-    for (std::size_t ball = 0; ball < 2; ++ball) {
+    for (std::size_t ball = 0; ball < shape.balls; ++ball) {
       Eigen::Matrix<double, 2, 3> motion;
       motion << 1.0, 0.0, lever[ball] * across.x(), 0.0, 1.0, lever[ball] * across.y();
       normal += motion.transpose() * evidence[ball].information.topLeftCorner<2, 2>() * motion;
@@ -340,12 +338,13 @@ BodyFit refine_body(const EdgeImage& image,
     const double scale = camera.scale(fit.pose.x, fit.pose.z);
     normal(0, 0) += 0.1 * scale * scale;
     normal(1, 1) += 0.1 * scale * scale;
-    normal(2, 2) += 0.1 * std::pow(scale * shape.separation, 2);
+    const double lever_arm = shape.shows_angle() ? shape.separation : shape.radius[0];
+    normal(2, 2) += 0.1 * std::pow(scale * lever_arm, 2);
     Eigen::Vector3d change = normal.ldlt().solve(right);
     const double largest = options.window_px / scale;
     const double shift = change.head<2>().norm();
     if (shift > largest) change *= largest / shift;
-    const double largest_turn = largest / (0.5 * shape.separation);
+    const double largest_turn = largest / (0.5 * lever_arm);
     if (std::abs(change[2]) > largest_turn) change *= largest_turn / std::abs(change[2]);
     fit.pose.x += change[0];
     fit.pose.z += change[1];
@@ -371,7 +370,9 @@ BodyFit refine_body(const EdgeImage& image,
   // 5. Colour, over a ring that leaves out the numerals in the middle and the dark rim
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   int samples = 0;
-  for (const Eigen::Vector2d& centre : ball_centres(fit.pose, shape)) {
+  const auto centres = ball_centres(fit.pose, shape);
+  for (std::size_t ball = 0; ball < shape.balls; ++ball) {
+    const Eigen::Vector2d& centre = centres[ball];
     for (int k = 0; k < 12; ++k) {
       const double angle = 2.0 * std::numbers::pi * k / 12.0;
       const double reach = 0.65 * shape.radius[0];

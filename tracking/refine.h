@@ -1,6 +1,6 @@
-// A two-ball body fitted to the edges of its outline: rays across both arcs, sub-pixel gradient
-// maxima, robust least squares on (x, z, angle). What could be seen of each ball is kept, so that
-// sizes learned later over the whole clip can be put in without looking at the film again.
+// A body of one or two balls fitted to the edges of its outline: rays across its arcs, sub-pixel
+// gradient maxima, robust least squares on (x, z, angle). What could be seen of each ball is kept,
+// so that sizes learned later over the whole clip can be put in without looking at the film again.
 #pragma once
 
 #include <Eigen/Dense>
@@ -8,26 +8,12 @@
 #include <vector>
 
 #include "datasets/experiment.h"
+#include "tracking/body.h"
 #include "tracking/camera.h"
 #include "tracking/edge_image.h"
 #include "tracking/limb_model.h"
 
 namespace graintruth::tracking {
-
-// Two balls on an axis; `first` lies towards -axis. The tracked point divides the line between the
-// centres.
-struct BodyShape {
-  double separation = 0.0;                    // m, between the ball centres
-  std::array<double, 2> radius = {0.0, 0.0};  // m
-  double first_share = 0.5;  // distance from the first centre to the tracked point over separation
-};
-
-struct BodyPose {
-  double x = 0.0, z = 0.0;  // m, tracked point
-  double angle = 0.0;       // rad, from the first ball to the second, counter-clockwise from +x
-};
-
-std::array<Eigen::Vector2d, 2> ball_centres(const BodyPose& pose, const BodyShape& shape);
 
 // Discs and lines of the plane whose edges must not be taken for a body's own.
 struct Surroundings {

@@ -36,7 +36,8 @@ cv::Vec3f ground(const SyntheticScene& scene, double x, double z, double piston_
     if (side > 0.0 && side < 0.012) return {0.62F, 0.64F, 0.65F};
   }
   // Uneven back wall
-  const auto shade = static_cast<float>(0.40 + 0.03 * std::sin(21.0 * x) * std::cos(17.0 * z));
+  const auto shade =
+      static_cast<float>(scene.ground + 0.03 * std::sin(21.0 * x) * std::cos(17.0 * z));
   return {shade, 1.02F * shade, shade};
 }
 
@@ -73,11 +74,7 @@ cv::Mat draw_frame(const SyntheticScene& scene,
                    int number) {
   const Camera& camera = scene.camera;
   const int width = camera.width(), height = camera.height();
-  const auto& spheres = scene.experiment.particle.spheres;
-  BodyShape shape;
-  shape.separation = spheres[1].offset - spheres[0].offset;
-  shape.radius = {spheres[0].radius, spheres[1].radius};
-  shape.first_share = -spheres[0].offset / shape.separation;
+  const BodyShape shape = nominal_shape(scene.experiment);
   struct Ball {
     Eigen::Vector3d centre;
     double radius;
@@ -88,7 +85,7 @@ cv::Mat draw_frame(const SyntheticScene& scene,
   std::vector<Ball> balls;
   for (std::size_t body = 0; body < poses.size(); ++body) {
     const auto centres = ball_centres(poses[body], shape);
-    for (std::size_t b = 0; b < 2; ++b) {
+    for (std::size_t b = 0; b < shape.balls; ++b) {
       Ball ball{{centres[b].x(), centres[b].y(), 0.0},
                 shape.radius[b],
                 scene.paints[body % scene.paints.size()],
@@ -100,16 +97,27 @@ cv::Mat draw_frame(const SyntheticScene& scene,
   }
   cv::Mat picture(height, width, CV_32FC3);
   const Eigen::Vector3d eye = camera.position();
+  // Between pixels the camera is taken as linear: undoing a lens takes time.
+  const auto plane_of_row = [&](int row) {
+    std::vector<Eigen::Vector2d> points;
+    for (int column = 0; column <= width; ++column)
+      points.push_back(camera.unproject(Eigen::Vector2d(column, row)));
+    return points;
+  };
+  std::vector<Eigen::Vector2d> here, below = plane_of_row(0);
   for (int row = 0; row < height; ++row) {
+    here = std::move(below);
+    below = plane_of_row(row + 1);
     std::vector<const Ball*> in_row;
     for (const Ball& ball : balls)
       if (std::abs(ball.pixel.y() - row) < ball.reach + 1.0) in_row.push_back(&ball);
     for (int column = 0; column < width; ++column) {
+      const auto at = static_cast<std::size_t>(column);
+      const Eigen::Vector2d right = here[at + 1] - here[at], down = below[at] - here[at];
       cv::Vec3f sum(0, 0, 0);
       for (int i = 0; i < fine * fine; ++i) {
-        const Eigen::Vector2d pixel(column + (i % fine + 0.5) / fine - 0.5,
-                                    row + (i / fine + 0.5) / fine - 0.5);
-        const Eigen::Vector2d plane = camera.unproject(pixel);
+        const Eigen::Vector2d plane = here[at] + ((i % fine + 0.5) / fine - 0.5) * right +
+                                      ((i / fine + 0.5) / fine - 0.5) * down;
         cv::Vec3f colour;
         double nearest = 1.0e9;
         for (const Ball* ball : in_row) {
@@ -127,8 +135,9 @@ cv::Mat draw_frame(const SyntheticScene& scene,
         }
         sum += nearest < 1.0e8 ? colour : ground(scene, plane.x(), plane.y(), piston_face);
       }
+      const double uneven = 1.0 + scene.light_slope * (static_cast<double>(column) / width - 0.5);
       picture.at<cv::Vec3f>(row, column) =
-          sum * static_cast<float>(255.0 * scene.light / (fine * fine));
+          sum * static_cast<float>(255.0 * scene.light * uneven / (fine * fine));
     }
   }
   if (scene.blur_px > 0.0) cv::GaussianBlur(picture, picture, cv::Size(7, 7), scene.blur_px);

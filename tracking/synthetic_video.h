@@ -1,5 +1,6 @@
-// Films with known truth: glossy two-ball bodies, dots on tabs, walls and a sinking piston, drawn
-// through a known camera. For tests and for choosing options; the tracker does not use it.
+// Films with known truth: glossy balls, single or in pairs, dots on tabs, walls and a sinking
+// piston, drawn through a known camera. For tests and for choosing options; the tracker does not
+// use it.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +18,11 @@ struct SyntheticScene {
   datasets::Experiment experiment;  // fiducials, walls, piston, particle
   Camera camera;
   std::vector<cv::Vec3f> paints;  // blue, green, red of each body, 0..1
-  double light = 1.0;             // brightness of everything
-  double noise = 2.0;             // grey levels
-  double blur_px = 0.6;           // of the lens
+  double light = 1.0;             // brightness of everything, in the middle of the picture
+  double light_slope = 0.0;  // how much brighter its right edge is than its left, share of light
+  float ground = 0.40F;      // brightness of the back wall, 0..1
+  double noise = 2.0;        // grey levels
+  double blur_px = 0.6;      // of the lens
   unsigned seed = 1;
 };
 

@@ -11,13 +11,13 @@
 #include <optional>
 
 #include "datasets/input_error.h"
+#include "tracking/bodies.h"
 #include "tracking/event.h"
 #include "tracking/film_camera.h"
 #include "tracking/learn.h"
 #include "tracking/link.h"
 #include "tracking/median.h"
 #include "tracking/overlay.h"
-#include "tracking/pair.h"
 #include "tracking/texture.h"
 #include "tracking/video.h"
 
@@ -32,36 +32,6 @@ constexpr double degree = std::numbers::pi / 180.0;
 
 // Below this support a body is not where it was thought to be.
 constexpr double lost_support = 0.55;
-
-BodyShape nominal_shape(const datasets::Experiment& experiment) {
-  const auto& spheres = experiment.particle.spheres;
-  if (spheres.size() != 2) {
-    throw InputError(fmt::format(
-        "{}: particle: films can be tracked for particles of two balls, this one has {}; give "
-        "tracks instead",
-        experiment.file.string(),
-        spheres.size()));
-  }
-  if (experiment.particle.count < 1) {
-    throw InputError(
-        fmt::format("{}: particle.count is {}; it must say how many particles lie in the rig",
-                    experiment.file.string(),
-                    experiment.particle.count));
-  }
-  const bool ordered = spheres[0].offset <= spheres[1].offset;
-  const datasets::AxialSphere& first = ordered ? spheres[0] : spheres[1];
-  const datasets::AxialSphere& second = ordered ? spheres[1] : spheres[0];
-  BodyShape shape;
-  shape.separation = second.offset - first.offset;
-  shape.radius = {first.radius, second.radius};
-  if (!(shape.separation > 0.0) || !(first.radius > 0.0) || !(second.radius > 0.0)) {
-    throw InputError(fmt::format(
-        "{}: particle: the two balls must have positive radii and different places on the axis",
-        experiment.file.string()));
-  }
-  shape.first_share = -first.offset / shape.separation;
-  return shape;
-}
 
 // Where particles can be: about the walls, the piston and the start places; the whole picture where
 // nothing is known.
@@ -124,6 +94,7 @@ class FilmTracker {
 
  private:
   void begin(const cv::Mat& frame);
+  std::vector<BallCandidate> candidates_in(const cv::Mat& frame, const BodyShape& shape) const;
   void find_first_bodies(const cv::Mat& frame);
   void follow(const cv::Mat& frame, int number);
   void recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
@@ -182,6 +153,27 @@ void FilmTracker::begin(const cv::Mat& frame) {
   find_first_bodies(frame);
 }
 
+std::vector<BallCandidate> FilmTracker::candidates_in(const cv::Mat& frame,
+                                                      const BodyShape& shape) const {
+  const double radius = 0.5 * (shape.radius[0] + shape.radius[1]);
+  std::vector<BallCandidate> candidates = locate_balls(frame,
+                                                       camera_.calibration.camera,
+                                                       region_,
+                                                       radius,
+                                                       noise_,
+                                                       static_cast<int>(8 * tracks_.size() + 16));
+  if (shape.balls == 2) return candidates;
+  // A dot as large as a ball is as round as one.
+  std::erase_if(candidates, [&](const BallCandidate& candidate) {
+    return std::any_of(experiment_.camera.fiducials.begin(),
+                       experiment_.camera.fiducials.end(),
+                       [&](const datasets::Fiducial& dot) {
+                         return std::hypot(candidate.x - dot.x, candidate.z - dot.z) < 0.5 * radius;
+                       });
+  });
+  return candidates;
+}
+
 void FilmTracker::find_first_bodies(const cv::Mat& frame) {
   const auto count = static_cast<std::size_t>(experiment_.particle.count);
   const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
@@ -195,14 +187,9 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     BodyShape tried = nominal_;
     tried.separation *= factor;
     for (double& r : tried.radius) r *= factor;
-    const auto candidates = locate_balls(frame,
-                                         camera_.calibration.camera,
-                                         region_,
-                                         0.5 * (tried.radius[0] + tried.radius[1]),
-                                         noise_,
-                                         static_cast<int>(8 * count + 16));
+    const auto candidates = candidates_in(frame, tried);
     const auto fits =
-        fit_pairs(image, camera_.calibration.camera, tried, candidates, alone, noise_, 0.12);
+        fit_bodies(image, camera_.calibration.camera, tried, candidates, alone, noise_, 0.12);
     const auto chosen = choose_bodies(fits, tried, count);
     double sum = 0.0;
     for (const BodyFit& fit : chosen) sum += evidence_of(fit);
@@ -223,15 +210,22 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
   for (std::size_t ball = 0; ball < 2; ++ball)
     shape_.radius[ball] = nominal_.radius[ball] * best_factor;
   if (best.empty()) {
-    throw InputError(fmt::format(
-        "{}: no particle of two balls of radius {:.1f} mm, {:.1f} mm apart, was found in the "
-        "first frame; check the film, the particle's size and the fiducials",
-        where(),
-        1.0e3 * nominal_.radius[0],
-        1.0e3 * nominal_.separation));
+    const std::string sought =
+        nominal_.shows_angle()
+            ? fmt::format("two balls of radius {:.1f} mm, {:.1f} mm apart,",
+                          1.0e3 * nominal_.radius[0],
+                          1.0e3 * nominal_.separation)
+            : fmt::format("one ball of radius {:.1f} mm", 1.0e3 * nominal_.radius[0]);
+    throw InputError(
+        fmt::format("{}: no particle of {} was found in the first frame; check the film, the "
+                    "particle's size and the fiducials",
+                    where(),
+                    sought));
   }
   learn_sizes(image, best);
-  for (std::size_t ball = 0; ball < 2; ++ball) grids_[ball] = make_texture_grid(shape_, ball);
+  if (shape_.shows_angle()) {
+    for (std::size_t ball = 0; ball < 2; ++ball) grids_[ball] = make_texture_grid(shape_, ball);
+  }
   // 2. Numbers
   std::vector<Eigen::Vector2d> centres;
   for (const BodyFit& fit : best) centres.emplace_back(fit.pose.x, fit.pose.z);
@@ -241,7 +235,7 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     if (numbered[body] < 0) continue;
     BodyFit fit = best[static_cast<std::size_t>(numbered[body])];
     // First seen angle in [0, pi). Bodies with unequal balls keep their direction.
-    if (nominal_.radius[0] == nominal_.radius[1] &&
+    if (nominal_.shows_angle() && nominal_.radius[0] == nominal_.radius[1] &&
         (fit.pose.angle < 0.0 || fit.pose.angle >= std::numbers::pi)) {
       const double turns = std::floor(fit.pose.angle / std::numbers::pi);
       fit.pose.angle -= turns * std::numbers::pi;
@@ -263,14 +257,9 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     fail(fmt::format("Frame 0 shows {} particles but the experiment says {}.", best.size(), count));
   } else {
     // One more than stated?
-    const auto candidates = locate_balls(frame,
-                                         camera_.calibration.camera,
-                                         region_,
-                                         0.5 * (shape_.radius[0] + shape_.radius[1]),
-                                         noise_,
-                                         static_cast<int>(8 * count + 16));
+    const auto candidates = candidates_in(frame, shape_);
     const auto fits =
-        fit_pairs(image, camera_.calibration.camera, shape_, candidates, alone, noise_, 0.12);
+        fit_bodies(image, camera_.calibration.camera, shape_, candidates, alone, noise_, 0.12);
     const auto more = choose_bodies(fits, shape_, count + 1);
     if (more.size() > count) {
       double weakest_known = 1.0e9;
@@ -293,7 +282,7 @@ void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodi
     for (std::size_t other = 0; other < bodies.size(); ++other) {
       if (other == body) continue;
       const auto centres = ball_centres(bodies[other].pose, shape_);
-      for (std::size_t ball = 0; ball < 2; ++ball)
+      for (std::size_t ball = 0; ball < shape_.balls; ++ball)
         around.discs.push_back({centres[ball], shape_.radius[ball]});
     }
     return around;
@@ -311,13 +300,14 @@ void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodi
     for (const BodyFit& fit : bodies) one_frame.push_back({fit});
     const Learned learned = learn_shapes(one_frame, shape_);
     for (const LearnedShape& body : learned.bodies) {
-      for (std::size_t ball = 0; ball < 2; ++ball)
+      for (std::size_t ball = 0; ball < shape_.balls; ++ball)
         radius_ratios.push_back(body.shape.radius[ball] / shape_.radius[ball]);
-      separations.push_back(body.shape.separation);
+      if (shape_.balls == 2) separations.push_back(body.shape.separation);
     }
     const double ratio = std::clamp(median(radius_ratios, nan), 0.9, 1.1);
     for (double& r : shape_.radius) r *= ratio;
-    shape_.separation *= std::clamp(median(separations, nan) / shape_.separation, 0.9, 1.1);
+    if (shape_.balls == 2)
+      shape_.separation *= std::clamp(median(separations, nan) / shape_.separation, 0.9, 1.1);
     if (pass == 1) {
       ObservedLimbs observed;
       for (std::size_t i = 0; i < bodies.size(); ++i)
@@ -357,7 +347,7 @@ Surroundings FilmTracker::surroundings_of(std::size_t body) const {
   for (std::size_t other = 0; other < tracks_.size(); ++other) {
     if (other == body || !tracks_[other].known) continue;
     const auto centres = ball_centres(tracks_[other].last, shape_);
-    for (std::size_t ball = 0; ball < 2; ++ball)
+    for (std::size_t ball = 0; ball < shape_.balls; ++ball)
       result.discs.push_back({centres[ball], shape_.radius[ball]});
   }
   return result;
@@ -452,7 +442,10 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
   keep_textures(image, number);
 }
 
+// A single ball may roll: what it shows moves and turns in ways that the outline does not tell, and
+// is no witness of where it is.
 void FilmTracker::keep_textures(const EdgeImage& image, int number) {
+  if (!shape_.shows_angle()) return;
   const auto frame = static_cast<std::size_t>(number);
   for (Track& track : tracks_) {
     for (std::size_t ball = 0; ball < 2; ++ball) {
@@ -475,25 +468,21 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
     if (is_lost[body] || !tracks_[body].known) continue;
     const auto centres = ball_centres(tracks_[body].last, shape_);
-    for (std::size_t ball = 0; ball < 2; ++ball)
+    for (std::size_t ball = 0; ball < shape_.balls; ++ball)
       others.discs.push_back({centres[ball], shape_.radius[ball]});
   }
   // 1. Detections: the picture's own candidates, and starts all round each predicted place
   std::vector<BodyFit> found;
-  const auto candidates = locate_balls(frame,
-                                       camera_.calibration.camera,
-                                       region_,
-                                       0.5 * (shape_.radius[0] + shape_.radius[1]),
-                                       noise_,
-                                       static_cast<int>(8 * tracks_.size() + 16));
-  found = fit_pairs(image, camera_.calibration.camera, shape_, candidates, others, noise_, 0.15);
+  const auto candidates = candidates_in(frame, shape_);
+  found = fit_bodies(image, camera_.calibration.camera, shape_, candidates, others, noise_, 0.15);
   for (std::size_t body : lost) {
     if (!tracks_[body].known) continue;
     const BodyPose& at = tracks_[body].last;
     const double radius_px = camera_.calibration.camera.scale(at.x, at.z) * shape_.radius[0];
+    const int turns = shape_.shows_angle() ? 1 : 0;
     for (int i = -2; i <= 2; ++i) {
       for (int j = -2; j <= 2; ++j) {
-        for (int k = -1; k <= 1; ++k) {
+        for (int k = -turns; k <= turns; ++k) {
           const double stride = 0.25 * shape_.radius[0];
           const BodyPose start{at.x + i * stride, at.z + j * stride, at.angle + 15.0 * degree * k};
           BodyFit fit = refine_body(
@@ -528,7 +517,8 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
     const double frames = 1.0 + track.unseen;
     const double reach = 2.0 * experiment_.rig.gravity * interval * interval * frames * frames +
                          0.25 * shape_.radius[0];
-    expectations.push_back({track.last, reach, reach / (0.5 * shape_.separation), track.colour});
+    const double lever = 0.5 * (shape_.shows_angle() ? shape_.separation : shape_.radius[0]);
+    expectations.push_back({track.last, reach, reach / lever, track.colour});
     waiting.push_back(body);
   }
   const std::vector<int> detection_of = link(expectations, chosen);
@@ -546,7 +536,8 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
                               others,
                               {.iterations = 1, .noise = noise_, .limb = &*limb_});
     // The end nearest to the expected direction
-    const double turn = axis_difference(fit.pose.angle, track.last.angle);
+    const double turn =
+        shape_.shows_angle() ? axis_difference(fit.pose.angle, track.last.angle) : 0.0;
     const double turned = track.last.angle + turn - fit.pose.angle;
     if (static_cast<long>(std::lround(turned / std::numbers::pi)) % 2 != 0)
       std::swap(fit.balls[0], fit.balls[1]);
@@ -750,7 +741,8 @@ void FilmTracker::judge(const Learned& learned) {
                     1.0e3 * nominal_radius,
                     100.0 * (learned.radius_mean / nominal_radius - 1.0)));
   }
-  if (std::abs(learned.separation_mean / nominal_.separation - 1.0) > size_tolerance) {
+  if (nominal_.shows_angle() &&
+      std::abs(learned.separation_mean / nominal_.separation - 1.0) > size_tolerance) {
     warn(
         fmt::format("The ball centres look {:.2f} mm apart but the experiment says {:.2f} mm "
                     "({:+.1f} %): check the "
@@ -858,9 +850,11 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
       const Eigen::Vector2d axis(std::cos(solved.pose.angle), std::sin(solved.pose.angle));
       covariance.topLeftCorner<2, 2>() += mass_shift * mass_shift * axis * axis.transpose();
       const std::size_t i = out.index(k, body);
-      out.poses[i] = {solved.pose.x, solved.pose.z, solved.pose.angle};
-      out.sigmas[i] = {
-          std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
+      const bool turned = shape_.shows_angle();
+      out.poses[i] = {solved.pose.x, solved.pose.z, turned ? solved.pose.angle : nan};
+      out.sigmas[i] = {std::sqrt(covariance(0, 0)),
+                       std::sqrt(covariance(1, 1)),
+                       turned ? std::sqrt(covariance(2, 2)) : nan};
       out.scores[i] = fit->support;
       score_sum += fit->support;
       position_sigmas.push_back(std::sqrt(0.5 * (covariance(0, 0) + covariance(1, 1))));

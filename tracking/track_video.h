@@ -1,4 +1,5 @@
-// The pipeline: a film of two-ball bodies in, who was where when with calibrated uncertainty out.
+// The pipeline: a film of balls, single or glued in pairs, in; who was where when with calibrated
+// uncertainty out. A single ball shows where it is but not how it turns: its angles are NaN.
 #pragma once
 
 #include <filesystem>
@@ -63,11 +64,12 @@ struct TrackingSummary {
   int angle_jumps = 0;          // steps of more than 60 degrees between neighbouring frames
   double pixel_error_px = 0.0;  // median standard uncertainty of a position, per axis
   double position_sigma_mm = 0.0;
-  double angle_sigma_deg = 0.0;
-  double ray_scatter_px = 0.0;  // robust scatter of one edge about the outlines
+  double angle_sigma_deg = 0.0;  // NaN of single balls
+  double ray_scatter_px = 0.0;   // robust scatter of one edge about the outlines
   double mean_score = 0.0;
   double radius_learned_mm = 0.0, radius_nominal_mm = 0.0, radius_spread_mm = 0.0;
-  double separation_learned_mm = 0.0, separation_nominal_mm = 0.0, separation_spread_mm = 0.0;
+  double separation_learned_mm = 0.0, separation_nominal_mm = 0.0,
+         separation_spread_mm = 0.0;  // 0 of single balls
 
   // Time zero
   double event_time_s = 0.0;  // s of film

@@ -8,13 +8,12 @@
 #include <string>
 #include <thread>
 
-#include "datasets/input_error.h"
+#include "tests/tracking/drawn_film.h"
 #include "tracking/synthetic_video.h"
 
 namespace graintruth::tracking {
 namespace {
 
-constexpr double frame_rate = 50.0;
 constexpr double onset = 0.2437;  // s of film, between two frames
 constexpr double speed = -0.046;
 constexpr int frames = 45;
@@ -65,24 +64,6 @@ std::vector<cv::Mat> draw(const SyntheticScene& scene, int count = frames) {
   return pictures;
 }
 
-std::filesystem::path temporary(const std::string& name) {
-  return std::filesystem::temp_directory_path() /
-         ("graintruth_" +
-          std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + name);
-}
-
-TrackedFilm track(const datasets::Experiment& experiment, const std::vector<cv::Mat>& pictures) {
-  datasets::Replicate replicate;
-  replicate.name = "drawn";
-  replicate.video = temporary("film.avi");
-  write_film(replicate.video, pictures, frame_rate);
-  struct Remove {
-    std::filesystem::path file;
-    ~Remove() { std::filesystem::remove(file); }
-  } remove{replicate.video};
-  return track_video(experiment, replicate);
-}
-
 // The same drawn film serves all tests that only read it.
 const std::vector<cv::Mat>& film() {
   static const std::vector<cv::Mat> pictures = draw(make_scene());
@@ -117,21 +98,6 @@ Errors errors_of(const SyntheticScene& scene, const datasets::Trajectories& trac
   errors.normalised = std::sqrt(errors.normalised / (2.0 * errors.seen));
   errors.angle = std::sqrt(errors.angle / errors.seen);
   return errors;
-}
-
-bool tells(const TrackingSummary& summary, const std::string& words) {
-  for (const std::string& sentence : summary.warnings)
-    if (sentence.find(words) != std::string::npos) return true;
-  return false;
-}
-
-std::string refusal(const datasets::Experiment& experiment, const std::vector<cv::Mat>& pictures) {
-  try {
-    track(experiment, pictures);
-  } catch (const datasets::InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(TrackVideo, FindsEveryBodyToAFractionOfAPixel) {

@@ -1,4 +1,4 @@
-#include "tracking/pair.h"
+#include "tracking/bodies.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,51 +11,56 @@ namespace {
 constexpr double least_support = 0.55;
 // An outline hidden more than this is no evidence.
 constexpr double least_visible = 0.10;
-}  // namespace
 
-bool overlap(const BodyPose& a, const BodyPose& b, const BodyShape& shape) {
-  constexpr double tolerated = 0.85;  // of the contact distance
-  for (const Eigen::Vector2d& p : ball_centres(a, shape)) {
-    for (const Eigen::Vector2d& q : ball_centres(b, shape)) {
-      if ((p - q).norm() < tolerated * (shape.radius[0] + shape.radius[1])) return true;
-    }
+// Where a body of this shape may lie, as far as the candidates' distances tell.
+std::vector<BodyPose> possible_poses(const BodyShape& shape,
+                                     const std::vector<BallCandidate>& candidates,
+                                     double tolerance) {
+  std::vector<BodyPose> poses;
+  if (shape.balls == 1) {
+    for (const BallCandidate& candidate : candidates)
+      poses.push_back({candidate.x, candidate.z, 0.0});
+    return poses;
   }
-  return false;
-}
-
-std::vector<BodyFit> fit_pairs(const EdgeImage& image,
-                               const Camera& camera,
-                               const BodyShape& shape,
-                               const std::vector<BallCandidate>& candidates,
-                               const Surroundings& surroundings,
-                               double noise,
-                               double tolerance) {
-  std::vector<BodyFit> fits;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const Eigen::Vector2d a(candidates[i].x, candidates[i].z),
           b(candidates[j].x, candidates[j].z);
       if (std::abs((b - a).norm() / shape.separation - 1.0) > tolerance) continue;
       const Eigen::Vector2d point = a + shape.first_share * (b - a);
-      BodyPose pose{point.x(), point.y(), std::atan2(b.y() - a.y(), b.x() - a.x())};
-      const double scale = camera.scale(pose.x, pose.z);
-      const double radius_px = scale * shape.radius[0];
-      BodyFit fit = refine_body(
-          image,
-          camera,
-          shape,
-          pose,
-          surroundings,
-          {.window_px = std::max(3.0, 0.16 * radius_px), .iterations = 3, .noise = noise});
-      if (fit.support < least_support || fit.visible < least_visible) continue;
-      fits.push_back(refine_body(
-          image,
-          camera,
-          shape,
-          fit.pose,
-          surroundings,
-          {.window_px = std::max(2.0, 0.08 * radius_px), .iterations = 2, .noise = noise}));
+      poses.push_back({point.x(), point.y(), std::atan2(b.y() - a.y(), b.x() - a.x())});
     }
+  }
+  return poses;
+}
+
+}  // namespace
+
+std::vector<BodyFit> fit_bodies(const EdgeImage& image,
+                                const Camera& camera,
+                                const BodyShape& shape,
+                                const std::vector<BallCandidate>& candidates,
+                                const Surroundings& surroundings,
+                                double noise,
+                                double tolerance) {
+  std::vector<BodyFit> fits;
+  for (const BodyPose& pose : possible_poses(shape, candidates, tolerance)) {
+    const double radius_px = camera.scale(pose.x, pose.z) * shape.radius[0];
+    BodyFit fit = refine_body(
+        image,
+        camera,
+        shape,
+        pose,
+        surroundings,
+        {.window_px = std::max(3.0, 0.16 * radius_px), .iterations = 3, .noise = noise});
+    if (fit.support < least_support || fit.visible < least_visible) continue;
+    fits.push_back(refine_body(
+        image,
+        camera,
+        shape,
+        fit.pose,
+        surroundings,
+        {.window_px = std::max(2.0, 0.08 * radius_px), .iterations = 2, .noise = noise}));
   }
   std::erase_if(fits, [](const BodyFit& fit) { return fit.support < least_support; });
   return fits;
