@@ -104,7 +104,7 @@ Figure convergence_figure(const Evaluations& all) {
           .height = 400,
           .layout = {{"xaxis", axis("Evaluation")},
                      {"yaxis",
-                      axis("Objective (mean pseudo-Huber loss)",
+                      axis("Objective",
                            {{"type", "log"}, {"tickvals", ticks}, {"ticktext", tick_texts}})}},
           .menu = "",
           .choices = {choice}};
