@@ -38,6 +38,7 @@ void ProgressLine::show(std::string_view job, double share, std::string_view det
   if (new_job) {
     job_ = job;
     job_start_ = now;
+    share_at_start_ = share;
   }
   const auto interval =
       terminal_ ? Clock::duration(terminal_interval) : Clock::duration(log_interval);
@@ -45,8 +46,9 @@ void ProgressLine::show(std::string_view job, double share, std::string_view det
   last_shown_ = now;
   const double elapsed = std::chrono::duration<double>(now - job_start_).count();
   const std::string to_go =
-      share > 0.02 && elapsed > 1.0
-          ? fmt::format(", {} to go", duration_text(elapsed * (1.0 - share) / share))
+      share - share_at_start_ > 0.02 && elapsed > 1.0
+          ? fmt::format(", {} to go",
+                        duration_text(elapsed * (1.0 - share) / (share - share_at_start_)))
           : "";
   const std::string line = fmt::format(
       "{}: {:.0f} %{}{}{}", job, 100.0 * share, detail.empty() ? "" : ", ", detail, to_go);

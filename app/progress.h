@@ -29,6 +29,7 @@ class ProgressLine {
   bool drawn_ = false;
   std::string job_;
   Clock::time_point job_start_;
+  double share_at_start_ = 0.0;  // a job may be shown again, or go on with what it had
   Clock::time_point last_shown_;
 };
 

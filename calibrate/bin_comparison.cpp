@@ -270,12 +270,13 @@ bool BinComparison::tells_laws() const {
          });
 }
 
-void BinComparison::learn_laws() {
+std::optional<BinComparison::Laws> BinComparison::learn_laws() const {
   const double diameter = films_.front().rig.particle_diameter;
   const double gravity = films_.front().rig.gravity;
   const std::vector<MeanFlow> flows = mean_flows(nullptr);
   Laws laws{fit_flow_laws(flows, diameter, gravity),
             beverloo_uncertainty(flows, diameter, gravity)};
+  if (!(laws.uncertainty.C > 0.0 && laws.uncertainty.k > 0.0)) return std::nullopt;
   // B of every film by itself, about that of its orifice
   double squares = 0.0;
   int freedom = 0;
@@ -293,7 +294,7 @@ void BinComparison::learn_laws() {
     freedom += std::max(0, fitted - 1);
   }
   if (freedom > 0) laws.relative_B = std::sqrt(squares / freedom);
-  laws_ = std::move(laws);
+  return laws;
 }
 
 // Of C, of k, and of the B of each orifice whose films tell one. Simulated means scatter as filmed
@@ -463,10 +464,11 @@ std::unique_ptr<Comparison> BinComparison::with_replicates(std::span<const Simul
 }
 
 std::unique_ptr<Comparison> BinComparison::with_form(datasets::ObjectiveForm form) const {
-  if (form == datasets::ObjectiveForm::requested && !tells_laws()) return nullptr;
   auto other = std::make_unique<BinComparison>(*this);
   other->laws_.reset();
-  if (form == datasets::ObjectiveForm::requested) other->learn_laws();
+  if (form == datasets::ObjectiveForm::smooth) return other;
+  if (tells_laws()) other->laws_ = learn_laws();
+  if (!other->laws_) return nullptr;
   return other;
 }
 

@@ -51,10 +51,6 @@ class BinComparison final : public Comparison {
   // is known. Scenes of the ensemble are the films, in this order.
   explicit BinComparison(std::vector<FilmedBin> films);
 
-  // Whether the films tell the constants of the flow's laws, which the requested form needs: two
-  // orifices through which particles flow, and how densely the bed lies.
-  bool tells_laws() const;
-
   const std::vector<FilmedBin>& films() const { return films_; }
   const std::vector<OrificeMean>& orifices() const { return orifices_; }
   const BinScatter& scatter() const { return scatter_; }
@@ -111,15 +107,18 @@ class BinComparison final : public Comparison {
   double objective_of(const std::vector<Differences>& of_orifices) const;
   // The means of the films, or with these differences those of their simulations.
   std::vector<MeanFlow> mean_flows(const std::vector<Differences>* of_orifices) const;
-  void learn_laws();
-  std::vector<double> law_residuals(const std::vector<Differences>& of_orifices) const;
-
   // The laws of the films, and the scatter of what is compared of them.
   struct Laws {
     FlowLaws filmed;
     BeverlooUncertainty uncertainty;  // of C and k of one mean
     double relative_B = 0.0;          // standard deviation of one film, pooled over orifices
   };
+  // Whether the films tell the constants of the flow's laws, which the requested form needs: two
+  // orifices through which particles flow, and how densely the bed lies.
+  bool tells_laws() const;
+  // None where no constants fit the films.
+  std::optional<Laws> learn_laws() const;
+  std::vector<double> law_residuals(const std::vector<Differences>& of_orifices) const;
 
   std::vector<FilmedBin> films_;
   std::vector<BinNumbers> numbers_;  // of the films

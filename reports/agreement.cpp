@@ -93,7 +93,7 @@ struct ParticleRow {
   std::string particle;
   double ranks[4] = {};
   double points = 0.0;
-  double possible = 0.0;  // points to be had
+  double possible = 0.0;  // points to be had; in folders that do not tell, all of every frame
   double thesis = 0.0;
   double student = 0.0;
 };
@@ -115,6 +115,10 @@ std::vector<ParticleRow> particle_rows(const RunData& data) {
         rows[i].ranks[rank] = frames[i];
         rows[i].possible += quantities * frames[i];
       }
+    }
+    if (table->has("possible")) {
+      const auto possible = column(*table, "possible");
+      for (std::size_t i = 0; i < rows.size(); ++i) rows[i].possible = possible[i];
     }
     return rows;
   }
