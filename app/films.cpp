@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Changes whenever the tracker gives other numbers for the same film.
-constexpr const char* tracker_version = "5";
+constexpr const char* tracker_version = "6";
 
 // Of the film and of everything in the experiment that the tracker looks at.
 std::string hash_of(const datasets::Experiment& experiment, const std::string& film_hash) {

@@ -108,7 +108,13 @@ BinStart start_of(const datasets::Experiment& experiment,
         experiment.particle.count));
   }
   start.standard_deviation = typical_error(track);
-  if (turned == 0) start.bed.clear();
+  if (turned == 0) {
+    // Discs lie the same whichever way they are turned.
+    if (experiment.particle.plate && !experiment.particle.plate->shows_angle())
+      for (datasets::Pose& pose : start.bed) pose.angle = 0.0;
+    else
+      start.bed.clear();
+  }
   start.duration = track.time.back();
   start.frame_interval =
       (track.time.back() - track.time.front()) / static_cast<double>(track.frames() - 1);

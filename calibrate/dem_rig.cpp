@@ -26,7 +26,10 @@ sim::Clump clump_of(const datasets::Particle& particle) {
     const double t = plate->thickness * plate->thickness / 3.0;
     // I = m/4 (sum of squared half axes across), a flat ellipse's; the thickness adds m t^2/12
     choice.inertia = 0.25 * particle.mass * sim::Vec3(b + t, a + b, a + t);
-    if (spheres.empty()) {
+    if (spheres.empty() && !plate->shows_angle()) {
+      // A disc of the same area: spheres along an axis would all but coincide.
+      spheres.push_back({sim::Vec3::Zero(), std::sqrt(plate->semi_major * plate->semi_minor)});
+    } else if (spheres.empty()) {
       spheres =
           sim::fit_profile(sim::ellipse_profile(plate->semi_major, plate->semi_minor), plate_chords)
               .spheres;

@@ -30,6 +30,9 @@ struct EllipticalPlate {
   double semi_major = 0.0;  // m
   double semi_minor = 0.0;  // m
   double thickness = 0.0;   // m, along y
+
+  // A disc looks the same however it turns: the outline of what is rounder than this tells no angle.
+  bool shows_angle() const { return semi_major > 1.05 * semi_minor; }
 };
 
 struct Particle {

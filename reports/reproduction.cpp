@@ -121,6 +121,7 @@ TableView table_of_rows(const Json& target) {
                    text(row, {"verdict"}),
                    note_text(row)});
   }
+  table.drop_empty_columns();
   return table;
 }
 

@@ -1,5 +1,6 @@
 #include "reports/tables.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace graintruth::reports {
@@ -15,6 +16,18 @@ void TableView::add_row(std::vector<std::string> cells) {
 void TableView::add_total(std::vector<std::string> cells) {
   add_row(std::move(cells));
   rows_.back().is_total = true;
+}
+
+void TableView::drop_empty_columns() {
+  for (std::size_t column = columns_.size(); column-- > 0;) {
+    if (std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+          return !row.cells[column].empty();
+        }))
+      continue;
+    const auto at = static_cast<std::ptrdiff_t>(column);
+    columns_.erase(columns_.begin() + at);
+    for (Row& row : rows_) row.cells.erase(row.cells.begin() + at);
+  }
 }
 
 Json TableView::view() const {

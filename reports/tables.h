@@ -22,6 +22,8 @@ class TableView {
   void add_row(std::vector<std::string> cells);
   // A row set off from the others: a sum or a mean.
   void add_total(std::vector<std::string> cells);
+  // Leaves out columns in which no row has anything to say.
+  void drop_empty_columns();
   // What table.mustache draws.
   Json view() const;
 

@@ -170,6 +170,8 @@ double BedFit::improve(std::size_t index, double longest_step) {
   matrix(4, 4) += noise_square / (ground_spread * ground_spread);
   // Keeps steps finite where hardly anything can be seen
   for (int p = 0; p < 3; ++p) matrix(p, p) += 1.0e-3 * matrix(p, p) + 1.0;
+  // A disc does not turn: light and shade on it would be taken for that.
+  if (!view_.shape.shows_angle()) matrix(2, 2) += 1.0e12;
   matrix(3, 3) += 1.0e-3;
   const Eigen::Matrix<double, 5, 1> solution = matrix.ldlt().solve(side);
   if (!solution.allFinite()) return 0.0;

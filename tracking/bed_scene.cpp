@@ -65,6 +65,7 @@ double BedScene::pixel() const {
 }
 
 BedScene prepare_bed(const datasets::Experiment& experiment,
+                     FilmCamera camera,
                      const cv::Mat& first,
                      const cv::Mat& last,
                      const std::string& where) {
@@ -75,7 +76,7 @@ BedScene prepare_bed(const datasets::Experiment& experiment,
   // Seen from the side a plate's outline lies between its front face and its middle, depending on
   // how much light the rim gets: half way.
   scene.plate_height = 0.25 * plate.thickness;
-  scene.film = calibrate_on(experiment, first, where);
+  scene.film = std::move(camera);
   scene.region = region_of(scene.film.calibration.camera, *experiment.rig.bin);
   const double plate_width_px = 2.0 * scene.shape.semi_minor / scene.pixel();
   if (scene.region.width < 3.0 * plate_width_px || scene.region.height < 3.0 * plate_width_px) {

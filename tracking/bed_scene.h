@@ -26,9 +26,10 @@ struct BedScene {
   double pixel() const;  // m, at the middle of the bin
 };
 
-// Throws InputError where the camera cannot be calibrated, or the bin lies outside the picture.
-// `first` and `last` are pictures of the film; `where` names it in sentences.
+// Throws InputError where the bin lies outside the picture, or is too small in it. `first` and `last`
+// are pictures of the film that `camera` took; `where` names it in sentences.
 BedScene prepare_bed(const datasets::Experiment& experiment,
+                     FilmCamera camera,
                      const cv::Mat& first,
                      const cv::Mat& last,
                      const std::string& where);

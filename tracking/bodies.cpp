@@ -7,12 +7,11 @@
 namespace graintruth::tracking {
 
 namespace {
-// Support below this is what clutter reaches: rays meet some edge by chance.
-constexpr double least_support = 0.55;
 // An outline hidden more than this is no evidence.
 constexpr double least_visible = 0.10;
 
-// Where a body of this shape may lie, as far as the candidates' distances tell.
+}  // namespace
+
 std::vector<BodyPose> possible_poses(const BodyShape& shape,
                                      const std::vector<BallCandidate>& candidates,
                                      double tolerance) {
@@ -34,17 +33,15 @@ std::vector<BodyPose> possible_poses(const BodyShape& shape,
   return poses;
 }
 
-}  // namespace
-
 std::vector<BodyFit> fit_bodies(const EdgeImage& image,
                                 const Camera& camera,
                                 const BodyShape& shape,
-                                const std::vector<BallCandidate>& candidates,
+                                const std::vector<BodyPose>& poses,
                                 const Surroundings& surroundings,
                                 double noise,
-                                double tolerance) {
+                                double least_support) {
   std::vector<BodyFit> fits;
-  for (const BodyPose& pose : possible_poses(shape, candidates, tolerance)) {
+  for (const BodyPose& pose : poses) {
     const double radius_px = camera.scale(pose.x, pose.z) * shape.radius[0];
     BodyFit fit = refine_body(
         image,
@@ -62,7 +59,7 @@ std::vector<BodyFit> fit_bodies(const EdgeImage& image,
         surroundings,
         {.window_px = std::max(2.0, 0.08 * radius_px), .iterations = 2, .noise = noise}));
   }
-  std::erase_if(fits, [](const BodyFit& fit) { return fit.support < least_support; });
+  std::erase_if(fits, [&](const BodyFit& fit) { return fit.support < least_support; });
   return fits;
 }
 

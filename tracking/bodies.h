@@ -9,16 +9,24 @@
 
 namespace graintruth::tracking {
 
-// Every candidate of a single ball, or every pair of candidates whose distance is within
-// `tolerance` (relative) of the separation, fitted; those that the picture does not support are
+// Where a body of this shape may lie, as far as the candidates tell: every candidate of a single
+// ball, or every pair of them whose distance is within `tolerance` (relative) of the separation.
+std::vector<BodyPose> possible_poses(const BodyShape& shape,
+                                     const std::vector<BallCandidate>& candidates,
+                                     double tolerance);
+
+// Below this support is what clutter reaches: rays meet some edge by chance.
+constexpr double clutter_support = 0.55;
+
+// Bodies fitted from these poses; those that the picture supports less than `least_support` are
 // gone.
 std::vector<BodyFit> fit_bodies(const EdgeImage& image,
                                 const Camera& camera,
                                 const BodyShape& shape,
-                                const std::vector<BallCandidate>& candidates,
+                                const std::vector<BodyPose>& poses,
                                 const Surroundings& surroundings,
                                 double noise,
-                                double tolerance);
+                                double least_support = clutter_support);
 
 // How surely a fit is a body: grows with the outline that was seen and supported.
 double evidence_of(const BodyFit& fit);

@@ -50,4 +50,13 @@ inline bool EdgeImage::is_saturated(const Eigen::Vector2d& pixel) const {
 // so that edges do not count).
 double camera_noise(const cv::Mat& frame);
 
+// Smooths a frame of that much noise (grey levels) until no more than about three grey levels are
+// left: by a Gaussian of up to two pixels. Quieter frames stay as they are.
+void quieten(cv::Mat& frame, double noise);
+
+// What edges in an EdgeImage of this frame have to stand out from, grey levels: what its smoothing
+// leaves of the camera's `noise`, or what compression does, which goes with the range of brightness
+// that the frame uses and is 1 from half of all levels on.
+double edge_noise(const cv::Mat& frame, double noise);
+
 }  // namespace graintruth::tracking

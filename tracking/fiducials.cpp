@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+#include <set>
 
 namespace graintruth::tracking {
 
@@ -40,6 +43,203 @@ double largest_distance(const std::vector<datasets::Fiducial>& fiducials) {
   return largest;
 }
 
+// Which dot each fiducial is.
+struct Match {
+  std::vector<int> dot_of;  // per fiducial, -1 unseen
+  int count = 0;
+  double misfit = 0.0;  // distances over the tolerance, summed
+
+  bool operator<(const Match& other) const {
+    return count < other.count || (count == other.count && misfit > other.misfit);
+  }
+};
+
+// Explains dots by a layout. Lab coordinates are metres; corrected pixels have a square shape and
+// count upwards.
+class LayoutMatcher {
+ public:
+  // `slack`: how far off a similarity tilt and distortion may move a dot, px.
+  LayoutMatcher(const std::vector<datasets::Fiducial>& fiducials,
+                const std::vector<DarkDot>& dots,
+                double pixel_aspect,
+                double slack)
+      : fiducials_(fiducials), dots_(dots), pixel_aspect_(pixel_aspect), slack_(slack) {}
+
+  Match best() const;
+
+ private:
+  Eigen::Vector2d lab(std::size_t i) const { return {fiducials_[i].x, fiducials_[i].z}; }
+  Eigen::Vector2d corrected(std::size_t k) const {
+    return {pixel_aspect_ * dots_[k].centre.x(), -dots_[k].centre.y()};
+  }
+  // Diameter in corrected pixels: area scales with the aspect.
+  double size(std::size_t k) const { return dots_[k].diameter * std::sqrt(pixel_aspect_); }
+  std::optional<Similarity> similarity(std::size_t i,
+                                       std::size_t j,
+                                       std::size_t a,
+                                       std::size_t b) const;
+  template <typename Map, typename Scale>
+  Match match_with(const Map& map, const Scale& scale, double tolerance, int to_beat) const;
+  std::optional<cv::Matx33d> projective(const Match& match) const;
+  Match grown(Match match) const;
+
+  const std::vector<datasets::Fiducial>& fiducials_;
+  const std::vector<DarkDot>& dots_;
+  double pixel_aspect_;
+  double slack_;
+};
+
+// The similarity that takes fiducials i and j to dots a and b, if it goes with their sizes and the
+// camera stands about upright.
+std::optional<Similarity> LayoutMatcher::similarity(std::size_t i,
+                                                    std::size_t j,
+                                                    std::size_t a,
+                                                    std::size_t b) const {
+  constexpr double largest_roll =
+      0.44;  // rad, 25 degrees: beyond that a symmetric layout could be taken turned
+  const Eigen::Vector2d between = lab(j) - lab(i), seen = corrected(b) - corrected(a);
+  const double scale = seen.norm() / between.norm();
+  const double ratio_a = size(a) / (scale * fiducials_[i].diameter);
+  const double ratio_b = size(b) / (scale * fiducials_[j].diameter);
+  if (std::min(ratio_a, ratio_b) < 0.7 || std::max(ratio_a, ratio_b) > 1.4) return std::nullopt;
+  const double real = between.dot(seen) / between.squaredNorm();
+  const double imaginary =
+      (between.x() * seen.y() - between.y() * seen.x()) / between.squaredNorm();
+  if (std::abs(std::atan2(imaginary, real)) > largest_roll) return std::nullopt;
+  Similarity map{real, imaginary, Eigen::Vector2d::Zero()};
+  map.shift = corrected(a) - map(lab(i));
+  return map;
+}
+
+// `map`: lab to corrected pixels; `scale`: corrected pixels a metre there. Gives up where fewer
+// than `to_beat` can be matched.
+template <typename Map, typename Scale>
+Match LayoutMatcher::match_with(const Map& map,
+                                const Scale& scale,
+                                double tolerance,
+                                int to_beat) const {
+  Match match;
+  match.dot_of.assign(fiducials_.size(), -1);
+  std::vector<char> taken(dots_.size(), 0);
+  for (std::size_t i = 0; i < fiducials_.size(); ++i) {
+    const Eigen::Vector2d expected = map(lab(i));
+    const double diameter = scale(lab(i)) * fiducials_[i].diameter;
+    double nearest = tolerance;
+    int best = -1;
+    for (std::size_t k = 0; k < dots_.size(); ++k) {
+      const double size_ratio = size(k) / diameter;
+      if (taken[k] || size_ratio < 0.65 || size_ratio > 1.5) continue;
+      const double distance = (corrected(k) - expected).norm();
+      if (distance < nearest) {
+        nearest = distance;
+        best = static_cast<int>(k);
+      }
+    }
+    if (best < 0) {
+      const auto left = static_cast<int>(fiducials_.size() - i) - 1;
+      if (match.count + left < to_beat) break;
+      continue;
+    }
+    taken[static_cast<std::size_t>(best)] = 1;
+    match.dot_of[i] = best;
+    ++match.count;
+    match.misfit += nearest / tolerance;
+  }
+  return match;
+}
+
+// Least squares through what matched: affine, or projective from six dots on; nothing where they
+// lie on a line.
+std::optional<cv::Matx33d> LayoutMatcher::projective(const Match& match) const {
+  std::vector<cv::Point2d> from, to;
+  Eigen::MatrixXd design(match.count, 3), target(match.count, 2);
+  for (std::size_t i = 0; i < fiducials_.size(); ++i) {
+    if (match.dot_of[i] < 0) continue;
+    const Eigen::Vector2d pixel = corrected(static_cast<std::size_t>(match.dot_of[i]));
+    const auto row = static_cast<Eigen::Index>(from.size());
+    design.row(row) << fiducials_[i].x, fiducials_[i].z, 1.0;
+    target.row(row) = pixel.transpose();
+    from.emplace_back(fiducials_[i].x, fiducials_[i].z);
+    to.emplace_back(pixel.x(), pixel.y());
+  }
+  constexpr int least_for_tilt = 6;
+  if (match.count >= least_for_tilt) {
+    const cv::Mat found = cv::findHomography(from, to);
+    if (!found.empty()) return cv::Matx33d(found);
+  }
+  const auto solver = design.colPivHouseholderQr();
+  if (solver.rank() < 3) return std::nullopt;
+  const Eigen::MatrixXd affine = solver.solve(target);
+  return cv::Matx33d(affine(0, 0),
+                     affine(1, 0),
+                     affine(2, 0),
+                     affine(0, 1),
+                     affine(1, 1),
+                     affine(2, 1),
+                     0.0,
+                     0.0,
+                     1.0);
+}
+
+// What matches a similarity, and then the tilted view through that: outer dots too.
+Match LayoutMatcher::grown(Match match) const {
+  for (int pass = 0; pass < 4 && match.count >= 4; ++pass) {
+    const std::optional<cv::Matx33d> found = projective(match);
+    if (!found) break;
+    const cv::Matx33d& h = *found;
+    const auto depth = [&](const Eigen::Vector2d& p) {
+      return h(2, 0) * p.x() + h(2, 1) * p.y() + h(2, 2);
+    };
+    const auto map = [&](const Eigen::Vector2d& p) {
+      return Eigen::Vector2d((h(0, 0) * p.x() + h(0, 1) * p.y() + h(0, 2)) / depth(p),
+                             (h(1, 0) * p.x() + h(1, 1) * p.y() + h(1, 2)) / depth(p));
+    };
+    // |d(column, row)/d(x, z)| = det H / depth^3
+    const auto scale = [&](const Eigen::Vector2d& p) {
+      return std::sqrt(std::abs(cv::determinant(h) / std::pow(depth(p), 3)));
+    };
+    const Match next = match_with(map, scale, slack_, 0);
+    if (next.count < match.count) break;
+    match = next;
+  }
+  return match;
+}
+
+// Every far pair of fiducials against every pair of dots that agrees with it in size and
+// uprightness. What they explain is compared only when grown: a grid of dots that is taken one row
+// off matches three quarters of itself, and an upright one less of a tilted view.
+Match LayoutMatcher::best() const {
+  Match best;
+  std::set<std::vector<int>> tried;
+  const double widest = largest_distance(fiducials_);
+  const int all = static_cast<int>(fiducials_.size());
+  for (std::size_t i = 0; i < fiducials_.size(); ++i) {
+    for (std::size_t j = 0; j < fiducials_.size(); ++j) {
+      const Eigen::Vector2d between = lab(j) - lab(i);
+      if (i == j || between.norm() < 0.4 * widest ||
+          (between.x() < 0 || (between.x() == 0 && between.y() < 0)))
+        continue;
+      for (std::size_t a = 0; a < dots_.size(); ++a) {
+        for (std::size_t b = 0; b < dots_.size(); ++b) {
+          const std::optional<Similarity> map = a == b ? std::nullopt : similarity(i, j, a, b);
+          if (!map) continue;
+          const double scale = std::hypot(map->real, map->imaginary);
+          // Half of what is known to be possible: growing does the rest.
+          const Match match = match_with(
+              *map,
+              [&](const Eigen::Vector2d&) { return scale; },
+              std::max(slack_, 0.5 * scale * fiducials_[i].diameter),
+              (best.count + 1) / 2);
+          if (2 * match.count < best.count || !tried.insert(match.dot_of).second) continue;
+          best = std::max(best, grown(match));
+        }
+      }
+      if (best.count == all) return best;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<DarkDot> find_dark_dots(const cv::Mat& grey,
@@ -50,11 +250,11 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey,
   cv::minMaxLoc(smooth, &darkest, &lightest);
   constexpr int levels = 24;
   // As large as a dot looks where the layout is twice as wide as the picture
-  double diameter = 0.0;
+  double widest_dot = 0.0;
   for (const datasets::Fiducial& fiducial : fiducials)
-    diameter = std::max(diameter, fiducial.diameter);
+    widest_dot = std::max(widest_dot, fiducial.diameter);
   const double largest =
-      2.0 * std::hypot(grey.cols, grey.rows) * diameter / largest_distance(fiducials);
+      2.0 * std::hypot(grey.cols, grey.rows) * widest_dot / largest_distance(fiducials);
   const double largest_area = 0.25 * std::numbers::pi * largest * largest;
   struct Group {
     DarkDot sum;
@@ -130,118 +330,10 @@ std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
   std::stable_sort(dots.begin(), dots.end(), [](const DarkDot& a, const DarkDot& b) {
     return a.diameter > b.diameter;
   });
-  const auto lab = [&](std::size_t i) { return Eigen::Vector2d(fiducials[i].x, fiducials[i].z); };
-  const auto corrected = [&](std::size_t k) {
-    return Eigen::Vector2d(pixel_aspect * dots[k].centre.x(), -dots[k].centre.y());
-  };
-  // Diameters in corrected pixels: area scales with the aspect.
-  const auto size = [&](std::size_t k) { return dots[k].diameter * std::sqrt(pixel_aspect); };
-
-  const double widest = largest_distance(fiducials);
-
-  struct Match {
-    std::vector<int> dot_of;  // per fiducial, -1 unseen
-    int count = 0;
-    double misfit = 0.0;
-  };
-  // Distortion and tilt move dots by up to a few per cent of the picture against a similarity.
-  const double slack = 0.02 * grey.cols;
-  // Gives up where fewer than `to_beat` can be matched.
-  const auto match_with = [&](const auto& map, double tolerance, double scale, int to_beat) {
-    Match match;
-    match.dot_of.assign(fiducials.size(), -1);
-    std::vector<char> taken(dots.size(), 0);
-    for (std::size_t i = 0; i < fiducials.size(); ++i) {
-      const Eigen::Vector2d expected = map(lab(i));
-      double nearest = tolerance;
-      int best = -1;
-      for (std::size_t k = 0; k < dots.size(); ++k) {
-        const double size_ratio = size(k) / (scale * fiducials[i].diameter);
-        if (taken[k] || size_ratio < 0.65 || size_ratio > 1.5) continue;
-        const double distance = (corrected(k) - expected).norm();
-        if (distance < nearest) {
-          nearest = distance;
-          best = static_cast<int>(k);
-        }
-      }
-      if (best < 0) {
-        const auto left = static_cast<int>(fiducials.size() - i) - 1;
-        if (match.count + left < to_beat) break;
-        continue;
-      }
-      taken[static_cast<std::size_t>(best)] = 1;
-      match.dot_of[i] = best;
-      ++match.count;
-      match.misfit += nearest / tolerance;
-    }
-    return match;
-  };
-
-  // 1. Every far pair of fiducials against every pair of dots that agrees with it in size and
-  // uprightness
-  Match best;
-  Similarity best_map;
-  constexpr double largest_roll =
-      0.44;  // rad, 25 degrees: beyond that a symmetric layout could be taken turned
-  // A grid of dots that is taken one row off still matches three quarters of itself.
-  const auto explains_nearly_all = [&] {
-    return 5 * best.count > 4 * static_cast<int>(fiducials.size());
-  };
-  for (std::size_t i = 0; i < fiducials.size(); ++i) {
-    for (std::size_t j = 0; j < fiducials.size() && !explains_nearly_all(); ++j) {
-      const Eigen::Vector2d between = lab(j) - lab(i);
-      if (i == j || between.norm() < 0.4 * widest ||
-          (between.x() < 0 || (between.x() == 0 && between.y() < 0)))
-        continue;
-      for (std::size_t a = 0; a < dots.size(); ++a) {
-        for (std::size_t b = 0; b < dots.size(); ++b) {
-          if (a == b) continue;
-          const Eigen::Vector2d seen = corrected(b) - corrected(a);
-          const double scale = seen.norm() / between.norm();
-          const double ratio_a = size(a) / (scale * fiducials[i].diameter);
-          const double ratio_b = size(b) / (scale * fiducials[j].diameter);
-          if (std::min(ratio_a, ratio_b) < 0.7 || std::max(ratio_a, ratio_b) > 1.4) continue;
-          const double real = between.dot(seen) / between.squaredNorm();
-          const double imaginary =
-              (between.x() * seen.y() - between.y() * seen.x()) / between.squaredNorm();
-          if (std::abs(std::atan2(imaginary, real)) > largest_roll) continue;
-          Similarity map{real, imaginary, Eigen::Vector2d::Zero()};
-          map.shift = corrected(a) - map(lab(i));
-          const Match match = match_with(
-              map, std::max(slack, 0.5 * scale * fiducials[i].diameter), scale, best.count);
-          if (match.count > best.count ||
-              (match.count == best.count && match.misfit < best.misfit)) {
-            best = match;
-            best_map = map;
-          }
-        }
-      }
-    }
-  }
-  if (best.count < 3) return {};
-
-  // 2. An affine map through what matched catches the outer dots too
-  for (int pass = 0; pass < 3 && best.count >= 4; ++pass) {
-    Eigen::MatrixXd design(best.count, 3), target(best.count, 2);
-    int row = 0;
-    for (std::size_t i = 0; i < fiducials.size(); ++i) {
-      if (best.dot_of[i] < 0) continue;
-      design.row(row) << fiducials[i].x, fiducials[i].z, 1.0;
-      target.row(row++) = corrected(static_cast<std::size_t>(best.dot_of[i])).transpose();
-    }
-    const Eigen::MatrixXd affine = design.colPivHouseholderQr().solve(target);
-    if (!affine.allFinite()) break;
-    const auto map = [&](const Eigen::Vector2d& p) {
-      return Eigen::Vector2d((Eigen::RowVector3d(p.x(), p.y(), 1.0) * affine).transpose());
-    };
-    const Match match =
-        match_with(map, slack, std::sqrt(std::abs(affine.topRows<2>().determinant())), 0);
-    if (match.count < best.count) break;
-    best = match;
-  }
-
-  // 3. Sub-pixel centres
+  const LayoutMatcher matcher(fiducials, dots, pixel_aspect, 0.02 * grey.cols);
+  const Match best = matcher.best();
   std::vector<FiducialSighting> sightings;
+  if (best.count < 3) return sightings;
   for (std::size_t i = 0; i < fiducials.size(); ++i) {
     if (best.dot_of[i] < 0) continue;
     const DarkDot& dot = dots[static_cast<std::size_t>(best.dot_of[i])];

@@ -22,7 +22,8 @@ std::vector<DarkDot> find_dark_dots(const cv::Mat& grey,
                                     const std::vector<datasets::Fiducial>& fiducials);
 
 // The assignment of dots to fiducials that explains most of them: two dots fix a similarity
-// (upright camera, the scale also told by the dots' size), all others vote. Sub-pixel centres by
+// (upright camera, the scale also told by the dots' size), and what agrees with it fixes a tilted
+// view by which the others are found. Sub-pixel centres by
 // edges along rays. Empty when nothing fits.
 std::vector<FiducialSighting> find_fiducials(const cv::Mat& grey,
                                              const std::vector<datasets::Fiducial>& fiducials,

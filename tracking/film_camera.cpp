@@ -91,4 +91,23 @@ void describe_camera(const FilmCamera& film,
   }
 }
 
+void describe_steadiness(const SteadyView& steady, TrackingSummary& summary) {
+  summary.camera_shift_px = steady.largest_shift_px();
+  constexpr double noticeable = 0.5;  // px
+  if (summary.camera_shift_px > noticeable) {
+    summary.warn(
+        fmt::format("The camera or the rig moved: in frame {} a fiducial lies {:.1f} px from where "
+                    "it was. Pictures were put back by the fiducials.",
+                    steady.frame_of_largest_shift(),
+                    summary.camera_shift_px));
+  }
+  constexpr double tolerated_share = 0.1;
+  if (steady.unchecked_frames() > tolerated_share * summary.frames_read) {
+    summary.warn(
+        fmt::format("In {} frames too few fiducials could be seen to tell whether the camera stood "
+                    "still.",
+                    steady.unchecked_frames()));
+  }
+}
+
 }  // namespace graintruth::tracking

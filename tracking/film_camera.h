@@ -7,6 +7,7 @@
 
 #include "datasets/experiment.h"
 #include "tracking/fiducials.h"
+#include "tracking/steady_view.h"
 #include "tracking/track_video.h"
 
 namespace graintruth::tracking {
@@ -27,5 +28,8 @@ void describe_camera(const FilmCamera& film,
                      const datasets::Experiment& experiment,
                      double pixel,
                      TrackingSummary& summary);
+
+// Sentences where the camera did not stand still, or nobody can tell.
+void describe_steadiness(const SteadyView& steady, TrackingSummary& summary);
 
 }  // namespace graintruth::tracking

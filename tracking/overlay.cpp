@@ -52,7 +52,8 @@ void draw_plate(cv::Mat& picture,
                 const PlateShape& shape,
                 const cv::Scalar& colour) {
   constexpr int points = 40;
-  const double c = std::cos(pose.angle), s = std::sin(pose.angle);
+  const bool turned = std::isfinite(pose.angle);
+  const double c = turned ? std::cos(pose.angle) : 1.0, s = turned ? std::sin(pose.angle) : 0.0;
   const auto at = [&](double u, double v) {
     return fixed(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
   };
@@ -62,6 +63,7 @@ void draw_plate(cv::Mat& picture,
     outline.push_back(at(shape.semi_major * std::cos(angle), shape.semi_minor * std::sin(angle)));
   }
   cv::polylines(picture, outline, true, colour, 1, cv::LINE_AA, shift);
+  if (!turned) return;
   cv::line(picture,
            at(-0.5 * shape.semi_major, 0.0),
            at(0.5 * shape.semi_major, 0.0),
@@ -198,6 +200,7 @@ bool draw_overlay(const std::filesystem::path& video,
       });
   if (files.film.empty() && !wants_stills) return true;
   VideoReader reader(video, files.frame_rate);
+  reader.hold_steady(findings.fiducials);
   cv::VideoWriter writer;
   const std::filesystem::path temporary = unfinished(files.film);
   const std::size_t frames = findings.trajectories->frames();

@@ -9,6 +9,10 @@ namespace graintruth::tracking {
 // Half axes of the outline, m.
 struct PlateShape {
   double semi_major = 0.0, semi_minor = 0.0;
+
+  bool shows_angle() const {
+    return datasets::EllipticalPlate{semi_major, semi_minor, 0.0}.shows_angle();
+  }
 };
 
 // The factor by which both plates would have to grow about their centres to touch: below 1 they

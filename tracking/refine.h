@@ -23,6 +23,12 @@ struct Surroundings {
   };
   std::vector<Disc> discs;            // balls of the other bodies
   std::vector<datasets::Wall> walls;  // segments seen edge-on
+
+  void add(const BodyPose& body, const BodyShape& shape) {
+    const auto centres = ball_centres(body, shape);
+    for (std::size_t ball = 0; ball < shape.balls; ++ball)
+      discs.push_back({centres[ball], shape.radius[ball]});
+  }
 };
 
 // What the rays told of one ball, linear about (x, z, radius) = `reference`:

@@ -237,7 +237,7 @@ cv::Mat draw_bed(const SyntheticBed& bed,
             const double v = (c * d.y() - s * d.x()) / plate.semi_minor;
             const double r = std::hypot(u, v);
             if (r > 1.0) return;
-            const bool hole = std::hypot(std::abs(u) - 0.3, v) < 0.12;
+            const bool hole = bed.holes && std::hypot(std::abs(u) - 0.3, v) < 0.12;
             const double rim = r > 0.85 ? 0.15 * d.y() / plate.semi_minor : 0.0;
             sample =
                 hole ? cv::Vec3f(bed.ground) : cv::Vec3f(colour * static_cast<float>(0.9 + rim));

@@ -43,6 +43,7 @@ struct SyntheticBed {
   SyntheticScene scene;
   cv::Vec3f ground{0.15F, 0.15F, 0.15F};  // blue, green, red, 0..1
   cv::Vec3f bars{0.5F, 0.5F, 0.5F};       // of the walls and the lid
+  bool holes = true;                      // two in each plate, which show how it lies
 };
 
 // One frame of it: each plate with a rim that is lighter on its upper side and two dark holes. The

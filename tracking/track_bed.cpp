@@ -11,6 +11,7 @@
 
 #include "datasets/input_error.h"
 #include "tracking/bed_tracks.h"
+#include "tracking/clock.h"
 #include "tracking/corrections.h"
 #include "tracking/median.h"
 #include "tracking/overlay.h"
@@ -36,8 +37,9 @@ void check(const datasets::Experiment& experiment) {
   if (!(experiment.rig.bin->orifice_width > 0.0)) refuse("rig.orifice_width_mm is missing");
 }
 
-// First and last picture of the film, and what the reader has to say of all of them.
+// The camera, first and last picture of the film, and what the reader has to say of all of them.
 struct Scouted {
+  FilmCamera camera;
   cv::Mat first, last;
   int first_parity = -1;
   int frames = 0;
@@ -45,7 +47,9 @@ struct Scouted {
   std::vector<std::string> warnings;
 };
 
-Scouted scout(VideoReader& video) {
+Scouted scout(VideoReader& video,
+              const datasets::Experiment& experiment,
+              const std::string& where) {
   Scouted scouted;
   SharpnessWatcher sharpness;
   cv::Mat frame;
@@ -53,6 +57,8 @@ Scouted scout(VideoReader& video) {
     if (scouted.frames++ == 0) {
       scouted.first = frame.clone();
       scouted.first_parity = video.parity();
+      scouted.camera = calibrate_on(experiment, scouted.first, where);
+      video.hold_steady(scouted.camera.sightings);
     }
     sharpness.add(frame);
     scouted.last = frame;
@@ -99,7 +105,7 @@ class BedTracker {
 
 void BedTracker::look_at_film() {
   VideoReader video(replicate_.video, experiment_.camera.frame_rate);
-  scouted_ = scout(video);
+  scouted_ = scout(video, experiment_, where());
   summary_.width = video.width();
   summary_.height = video.height();
   summary_.frames_declared = video.declared_frames();
@@ -108,6 +114,7 @@ void BedTracker::look_at_film() {
   summary_.frame_rate_declared_hz = video.declared_frame_rate();
   summary_.repeated_frames = video.repeated_frames();
   for (std::string& sentence : scouted_.warnings) warn(std::move(sentence));
+  describe_steadiness(*video.steady(), summary_);
   bed_.scan = video.scan() == Scan::progressive       ? "progressive"
               : video.scan() == Scan::even_rows_first ? "even rows first"
                                                       : "odd rows first";
@@ -123,7 +130,8 @@ void BedTracker::look_at_film() {
 }
 
 void BedTracker::look_at_bed() {
-  scene_ = prepare_bed(experiment_, scouted_.first, scouted_.last, where());
+  scene_ =
+      prepare_bed(experiment_, std::move(scouted_.camera), scouted_.first, scouted_.last, where());
   describe_camera(scene_->film, experiment_, scene_->pixel(), summary_);
   summary_.scale_px_per_mm = 1.0e-3 / scene_->pixel();
   constexpr double least_changed = 0.01;  // of the bin: two or three plates of two hundred
@@ -303,8 +311,10 @@ datasets::Trajectories BedTracker::trajectories_of(const BedTracks& tracks,
       variance[0] += std::pow(slant * (sighting.pose.x - camera.x()), 2);
       variance[1] += std::pow(slant * (sighting.pose.z - camera.y()), 2);
       const std::size_t i = out.index(frame, p);
-      out.poses[i] = sighting.pose;
-      out.sigmas[i] = {std::sqrt(variance[0]), std::sqrt(variance[1]), std::sqrt(variance[2])};
+      const bool turned = experiment_.particle.plate->shows_angle();
+      out.poses[i] = {sighting.pose.x, sighting.pose.z, turned ? sighting.pose.angle : nan};
+      out.sigmas[i] = {
+          std::sqrt(variance[0]), std::sqrt(variance[1]), turned ? std::sqrt(variance[2]) : nan};
       out.scores[i] = std::clamp(static_cast<double>(sighting.score), 0.0, 1.0);
       score_sum += out.scores[i];
       bed_.filled += sighting.filled;
@@ -379,15 +389,8 @@ void BedTracker::judge() {
                      bed_.remaining,
                      bed_.found_first));
   }
-  if (!bed_.doubtful_frames.empty()) {
-    const std::size_t shown = std::min<std::size_t>(6, bed_.doubtful_frames.size());
-    std::string list;
-    for (std::size_t i = 0; i < shown; ++i)
-      list += fmt::format("{}{}", i > 0 ? ", " : "", bed_.doubtful_frames[i]);
-    if (shown < bed_.doubtful_frames.size())
-      list += fmt::format(" and {} more", bed_.doubtful_frames.size() - shown);
-    warn(fmt::format("Particles were not found in frames {}.", list));
-  }
+  if (!bed_.doubtful_frames.empty())
+    warn(fmt::format("Particles were not found in frames {}.", listed(bed_.doubtful_frames)));
   constexpr double least_complete = 0.98;
   if (bed_.sharpness >= least_sharpness && summary_.completeness < least_complete) {
     fail(fmt::format("Only {:.1f} % of all poses were found.", 100.0 * summary_.completeness));
@@ -396,6 +399,7 @@ void BedTracker::judge() {
 
 void BedTracker::follow_plates(const TrackingOptions& options, TrackedBed& result) {
   VideoReader video(replicate_.video, experiment_.camera.frame_rate);
+  video.hold_steady(scene_->film.sightings);
   std::optional<BedTracks> tracks;
   cv::Mat frame;
   while (video.read(frame)) {
@@ -411,12 +415,16 @@ void BedTracker::follow_plates(const TrackingOptions& options, TrackedBed& resul
   result.trajectories = trajectories_of(*tracks, scouted_.frames, zero);
   count_plates(*tracks);
   measure_gravity(*tracks);
+  for (std::string& sentence :
+       describe(find_clock_faults(result.trajectories, scene_->pixel()), summary_.repeated_frames))
+    warn(std::move(sentence));
 }
 
 // A shutter that stays open too long smears whatever moves: what stands still is all that such a
 // film can tell.
 void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& result) {
   VideoReader video(replicate_.video, experiment_.camera.frame_rate);
+  video.hold_steady(scene_->film.sightings);
   StagnantWatcher watcher(*scene_);
   OrificeWatcher orifice(*scene_, scouted_.first);
   int opened_at = -1;
@@ -452,8 +460,9 @@ void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& re
       if (k >= until[p]) continue;
       const std::size_t i = out.index(k, p);
       const Eigen::Vector3d sigma = plate.covariance.diagonal().cwiseSqrt();
-      out.poses[i] = plate.pose;
-      out.sigmas[i] = {sigma[0], sigma[1], sigma[2]};
+      const bool turned = experiment_.particle.plate->shows_angle();
+      out.poses[i] = {plate.pose.x, plate.pose.z, turned ? plate.pose.angle : nan};
+      out.sigmas[i] = {sigma[0], sigma[1], turned ? sigma[2] : nan};
       out.scores[i] = plate.score;
       ++summary_.detections;
     }

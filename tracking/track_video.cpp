@@ -12,6 +12,7 @@
 
 #include "datasets/input_error.h"
 #include "tracking/bodies.h"
+#include "tracking/clock.h"
 #include "tracking/event.h"
 #include "tracking/film_camera.h"
 #include "tracking/learn.h"
@@ -30,8 +31,15 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double degree = std::numbers::pi / 180.0;
 
-// Below this support a body is not where it was thought to be.
-constexpr double lost_support = 0.55;
+// Below this share of the support that it used to have, or of what clutter reaches if that is less,
+// a body is not where it was thought to be.
+constexpr double kept_support = 0.8;
+// Below this it never is.
+constexpr double least_support = 0.4;
+
+// How far the distance of two candidates may be off the separation, relative: where all is still
+// unknown, and where neighbours are known.
+constexpr double first_tolerance = 0.12, known_tolerance = 0.15;
 
 // Where particles can be: about the walls, the piston and the start places; the whole picture where
 // nothing is known.
@@ -77,7 +85,12 @@ struct Track {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // a frame: x, z, angle
   int unseen = 0;                                      // frames since it was seen
   bool known = false;                                  // was ever seen
+  double support = 1.0;                                // of late
   Eigen::Vector3f colour = Eigen::Vector3f::Zero();
+
+  double lost_support() const {
+    return std::clamp(kept_support * support, least_support, clutter_support);
+  }
 };
 
 class FilmTracker {
@@ -95,13 +108,18 @@ class FilmTracker {
  private:
   void begin(const cv::Mat& frame);
   std::vector<BallCandidate> candidates_in(const cv::Mat& frame, const BodyShape& shape) const;
+  std::vector<BodyFit> fits_in(const cv::Mat& frame,
+                               const EdgeImage& image,
+                               const BodyShape& shape,
+                               double tolerance,
+                               const Surroundings& surroundings) const;
   void find_first_bodies(const cv::Mat& frame);
+  void add_hidden(const cv::Mat& frame, const EdgeImage& image, std::vector<BodyFit>& bodies) const;
   void follow(const cv::Mat& frame, int number);
   void recover(const cv::Mat& frame, int number, const std::vector<std::size_t>& lost);
   void accept(Track& track, const BodyFit& fit, int number);
   void keep_textures(const EdgeImage& image, int number);
   void learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodies);
-  void check_fiducials(const cv::Mat& grey, int number);
   Surroundings surroundings_of(std::size_t body) const;
   cv::Rect working_region() const;
   double find_event(int frames);
@@ -117,7 +135,8 @@ class FilmTracker {
   BodyShape shape_;  // sizes as they look in this film, learned in the first frame
   FilmCamera camera_;
   PlaneRegion region_;
-  double noise_ = 1.0;
+  double camera_noise_ = 1.0;         // grey levels, of a pixel
+  double noise_ = 1.0;                // grey levels, of edges
   std::optional<LimbModel> limb_;     // from the first frame on
   std::array<TextureGrid, 2> grids_;  // likewise
   std::vector<Track> tracks_;
@@ -133,7 +152,9 @@ void FilmTracker::begin(const cv::Mat& frame) {
   const datasets::Fiducial& any = experiment_.camera.fiducials.front();
   describe_camera(
       camera_, experiment_, 1.0 / camera_.calibration.camera.scale(any.x, any.z), summary_);
-  noise_ = std::max(1.0, camera_noise(frame));
+  const double noise = camera_noise(frame);
+  camera_noise_ = std::max(1.0, noise);
+  noise_ = edge_noise(frame, noise);
   region_ = search_region(experiment_, camera_.calibration.camera, nominal_.radius[0]);
   // Bars reach half the gap towards the camera; their front edges are seen beside their place in
   // the plane.
@@ -160,7 +181,7 @@ std::vector<BallCandidate> FilmTracker::candidates_in(const cv::Mat& frame,
                                                        camera_.calibration.camera,
                                                        region_,
                                                        radius,
-                                                       noise_,
+                                                       camera_noise_,
                                                        static_cast<int>(8 * tracks_.size() + 16));
   if (shape.balls == 2) return candidates;
   // A dot as large as a ball is as round as one.
@@ -172,6 +193,20 @@ std::vector<BallCandidate> FilmTracker::candidates_in(const cv::Mat& frame,
                        });
   });
   return candidates;
+}
+
+// What looks like a body of this shape, beside these surroundings.
+std::vector<BodyFit> FilmTracker::fits_in(const cv::Mat& frame,
+                                          const EdgeImage& image,
+                                          const BodyShape& shape,
+                                          double tolerance,
+                                          const Surroundings& surroundings) const {
+  return fit_bodies(image,
+                    camera_.calibration.camera,
+                    shape,
+                    possible_poses(shape, candidates_in(frame, shape), tolerance),
+                    surroundings,
+                    noise_);
 }
 
 void FilmTracker::find_first_bodies(const cv::Mat& frame) {
@@ -187,10 +222,8 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     BodyShape tried = nominal_;
     tried.separation *= factor;
     for (double& r : tried.radius) r *= factor;
-    const auto candidates = candidates_in(frame, tried);
-    const auto fits =
-        fit_bodies(image, camera_.calibration.camera, tried, candidates, alone, noise_, 0.12);
-    const auto chosen = choose_bodies(fits, tried, count);
+    const auto chosen =
+        choose_bodies(fits_in(frame, image, tried, first_tolerance, alone), tried, count);
     double sum = 0.0;
     for (const BodyFit& fit : chosen) sum += evidence_of(fit);
     // The stated size is believed unless another one explains the picture clearly better.
@@ -222,6 +255,7 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
                     where(),
                     sought));
   }
+  if (best.size() < count) add_hidden(frame, image, best);
   learn_sizes(image, best);
   if (shape_.shows_angle()) {
     for (std::size_t ball = 0; ball < 2; ++ball) grids_[ball] = make_texture_grid(shape_, ball);
@@ -257,10 +291,8 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
     fail(fmt::format("Frame 0 shows {} particles but the experiment says {}.", best.size(), count));
   } else {
     // One more than stated?
-    const auto candidates = candidates_in(frame, shape_);
-    const auto fits =
-        fit_bodies(image, camera_.calibration.camera, shape_, candidates, alone, noise_, 0.12);
-    const auto more = choose_bodies(fits, shape_, count + 1);
+    const auto more =
+        choose_bodies(fits_in(frame, image, shape_, first_tolerance, alone), shape_, count + 1);
     if (more.size() > count) {
       double weakest_known = 1.0e9;
       for (const BodyFit& fit : best) weakest_known = std::min(weakest_known, evidence_of(fit));
@@ -273,6 +305,42 @@ void FilmTracker::find_first_bodies(const cv::Mat& frame) {
   }
 }
 
+// Adds bodies that an outline of their own hardly shows: neighbours cover most of it, or what lies
+// behind has the same shade. What was found is known by now and no longer looked at. Where the
+// experiment says that a body starts less of an outline will do.
+void FilmTracker::add_hidden(const cv::Mat& frame,
+                             const EdgeImage& image,
+                             std::vector<BodyFit>& bodies) const {
+  const auto count = static_cast<std::size_t>(experiment_.particle.count);
+  const auto add_from = [&](std::vector<BodyPose> poses, double support) {
+    for (std::size_t before = 0; bodies.size() > before && bodies.size() < count;) {
+      before = bodies.size();
+      const auto is_taken = [&](const BodyPose& pose) {
+        return std::any_of(bodies.begin(), bodies.end(), [&](const BodyFit& known) {
+          return overlap(known.pose, pose, shape_);
+        });
+      };
+      std::erase_if(poses, is_taken);
+      Surroundings around = surroundings_of(tracks_.size());
+      for (const BodyFit& known : bodies) around.add(known.pose, shape_);
+      std::vector<BodyFit> found =
+          fit_bodies(image, camera_.calibration.camera, shape_, poses, around, noise_, support);
+      std::erase_if(found, [&](const BodyFit& fit) { return is_taken(fit.pose); });
+      for (BodyFit& fit : choose_bodies(found, shape_, count - bodies.size()))
+        bodies.push_back(std::move(fit));
+    }
+  };
+  std::vector<BodyPose> starts;
+  for (const datasets::StartPlace& start : experiment_.starts) {
+    const double stride = 0.15 * shape_.radius[0];
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j)
+        starts.push_back({start.x + i * stride, start.z + j * stride, start.angle});
+  }
+  add_from(starts, least_support);
+  add_from(possible_poses(shape_, candidates_in(frame, shape_), known_tolerance), clutter_support);
+}
+
 // The size at which the outlines of the first frame lie best, and how blurred they are. Edges are
 // first taken where the picture changes most, which is near enough to learn the limb from.
 void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodies) {
@@ -280,10 +348,7 @@ void FilmTracker::learn_sizes(const EdgeImage& image, std::vector<BodyFit>& bodi
   const auto surroundings_among = [&](std::size_t body) {
     Surroundings around = alone;
     for (std::size_t other = 0; other < bodies.size(); ++other) {
-      if (other == body) continue;
-      const auto centres = ball_centres(bodies[other].pose, shape_);
-      for (std::size_t ball = 0; ball < shape_.balls; ++ball)
-        around.discs.push_back({centres[ball], shape_.radius[ball]});
+      if (other != body) around.add(bodies[other].pose, shape_);
     }
     return around;
   };
@@ -346,9 +411,7 @@ Surroundings FilmTracker::surroundings_of(std::size_t body) const {
   }
   for (std::size_t other = 0; other < tracks_.size(); ++other) {
     if (other == body || !tracks_[other].known) continue;
-    const auto centres = ball_centres(tracks_[other].last, shape_);
-    for (std::size_t ball = 0; ball < shape_.balls; ++ball)
-      result.discs.push_back({centres[ball], shape_.radius[ball]});
+    result.add(tracks_[other].last, shape_);
   }
   return result;
 }
@@ -381,6 +444,7 @@ void FilmTracker::accept(Track& track, const BodyFit& fit, int number) {
   track.fits.push_back(fit);
   track.last = fit.pose;
   track.unseen = 0;
+  track.support = track.known ? 0.9 * track.support + 0.1 * fit.support : fit.support;
   // Light changes along the way: the colour is remembered for about fifty frames.
   track.colour =
       track.known ? Eigen::Vector3f(0.98F * track.colour + 0.02F * fit.colour) : fit.colour;
@@ -417,14 +481,14 @@ void FilmTracker::follow(const cv::Mat& frame, int number) {
                                  .limb = sweep == 0 ? nullptr : &*limb_};
       fits[body] = refine_body(
           image, camera_.calibration.camera, shape_, track.last, surroundings_of(body), refine);
-      if (fits[body].support >= lost_support) track.last = fits[body].pose;
+      if (fits[body].support >= track.lost_support()) track.last = fits[body].pose;
     }
   }
   // 3. Who was lost: no outline there, too far from where it could be, or inside another body
   std::vector<std::size_t> lost;
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
-    bool is_lost =
-        !tracks_[body].known || fits[body].support < lost_support || fits[body].visible < 0.08;
+    bool is_lost = !tracks_[body].known || fits[body].support < tracks_[body].lost_support() ||
+                   fits[body].visible < 0.08;
     for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
       if (other != body && tracks_[other].known && fits[other].support >= fits[body].support &&
           overlap(fits[body].pose, fits[other].pose, shape_))
@@ -467,14 +531,10 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
   others.walls = surroundings_of(tracks_.size()).walls;
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
     if (is_lost[body] || !tracks_[body].known) continue;
-    const auto centres = ball_centres(tracks_[body].last, shape_);
-    for (std::size_t ball = 0; ball < shape_.balls; ++ball)
-      others.discs.push_back({centres[ball], shape_.radius[ball]});
+    others.add(tracks_[body].last, shape_);
   }
   // 1. Detections: the picture's own candidates, and starts all round each predicted place
-  std::vector<BodyFit> found;
-  const auto candidates = candidates_in(frame, shape_);
-  found = fit_bodies(image, camera_.calibration.camera, shape_, candidates, others, noise_, 0.15);
+  std::vector<BodyFit> found = fits_in(frame, image, shape_, known_tolerance, others);
   for (std::size_t body : lost) {
     if (!tracks_[body].known) continue;
     const BodyPose& at = tracks_[body].last;
@@ -492,7 +552,7 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
               start,
               others,
               {.window_px = std::max(2.5, 0.16 * radius_px), .iterations = 3, .noise = noise_});
-          if (fit.support >= lost_support) found.push_back(fit);
+          if (fit.support >= tracks_[body].lost_support()) found.push_back(fit);
         }
       }
     }
@@ -551,25 +611,6 @@ void FilmTracker::recover(const cv::Mat& frame, int number, const std::vector<st
     ++track.unseen;
     track.velocity *= 0.8;
     track.fits.resize(static_cast<std::size_t>(number) + 1);
-  }
-}
-
-void FilmTracker::check_fiducials(const cv::Mat& grey, int number) {
-  if (summary_.camera_shift_px > 1.0) return;
-  std::vector<double> moves;
-  for (const FiducialSighting& first : camera_.sightings) {
-    FiducialSighting now = first;
-    if (refine_fiducial(grey, now)) moves.push_back((now.pixel - first.pixel).norm());
-  }
-  if (moves.empty()) return;
-  const double typical = median(moves, nan);
-  summary_.camera_shift_px = std::max(summary_.camera_shift_px, typical);
-  if (typical > 1.0) {
-    fail(
-        fmt::format("The camera or the rig moved: by frame {} the fiducials lie {:.1f} px from "
-                    "where they were.",
-                    number,
-                    typical));
   }
 }
 
@@ -768,17 +809,16 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   summary_.width = video.width();
   summary_.height = video.height();
   cv::Mat frame;
+  double noise_as_filmed = 0.0;  // grey levels
   while (video.read(frame)) {
     const int number = video.frames_read() - 1;
-    if (number == 0)
+    if (number == 0) noise_as_filmed = camera_noise(frame);
+    quieten(frame, noise_as_filmed);
+    if (number == 0) {
       begin(frame);
-    else
+      video.hold_steady(camera_.sightings);
+    } else {
       follow(frame, number);
-    constexpr int fiducial_interval = 25;  // frames
-    if (number > 0 && number % fiducial_interval == 0) {
-      cv::Mat grey;
-      cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
-      check_fiducials(grey, number);
     }
     if (options.progress) options.progress(video.frames_read(), video.declared_frames());
     if (options.stop && options.stop()) throw Stopped{};
@@ -790,6 +830,7 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
   summary_.frame_rate_declared_hz = video.declared_frame_rate();
   summary_.repeated_frames = video.repeated_frames();
   for (std::string& sentence : video.warnings()) warn(std::move(sentence));
+  describe_steadiness(*video.steady(), summary_);
 
   // 2. Sizes of each body from the whole clip; time zero
   std::vector<std::vector<BodyFit>> seen;
@@ -865,12 +906,16 @@ TrackedFilm FilmTracker::run(const TrackingOptions& options) {
     worst = std::min(worst, detections);
   }
   count_doubts(out);
+  const BodyPose& any = tracks_[0].last;
+  const double scale = camera_.calibration.camera.scale(any.x, any.z);  // px/m
+  for (std::string& sentence :
+       describe(find_clock_faults(out, 1.0 / scale), video.repeated_frames()))
+    warn(std::move(sentence));
   summary_.particles = count;
   summary_.completeness = summary_.detections / (static_cast<double>(frames) * count);
   summary_.least_complete_particle = static_cast<double>(worst) / frames;
   summary_.mean_score = summary_.detections > 0 ? score_sum / summary_.detections : 0.0;
-  const Eigen::Vector2d middle(tracks_[0].last.x, tracks_[0].last.z);
-  summary_.scale_px_per_mm = 1.0e-3 * camera_.calibration.camera.scale(middle.x(), middle.y());
+  summary_.scale_px_per_mm = 1.0e-3 * scale;
   summary_.position_sigma_mm = 1.0e3 * median(position_sigmas, nan);
   summary_.pixel_error_px = summary_.position_sigma_mm * summary_.scale_px_per_mm;
   summary_.angle_sigma_deg = median(angle_sigmas, nan) / degree;

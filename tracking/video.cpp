@@ -22,7 +22,8 @@ namespace {
 constexpr double tolerated_missing_share = 0.02;
 constexpr int tolerated_missing_frames = 2;
 
-// "3, 4, 9 and 12 more"
+}  // namespace
+
 std::string listed(const std::vector<int>& frames) {
   constexpr std::size_t shown = 6;
   if (frames.size() <= shown) return fmt::format("{}", fmt::join(frames, ", "));
@@ -30,8 +31,6 @@ std::string listed(const std::vector<int>& frames) {
                      fmt::join(frames.begin(), frames.begin() + shown, ", "),
                      frames.size() - shown);
 }
-
-}  // namespace
 
 VideoReader::VideoReader(const std::filesystem::path& file, double frame_rate)
     : file_(file), frame_rate_(frame_rate) {
@@ -87,6 +86,7 @@ bool VideoReader::read(cv::Mat& frame) {
       frame = field_of(woven_, parity_);
     }
   }
+  if (steady_) steady_->hold(frame, frames_read_);
   ++frames_read_;
   return true;
 }

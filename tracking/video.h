@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tracking/fields.h"
+#include "tracking/steady_view.h"
 
 namespace graintruth::tracking {
 
@@ -24,6 +26,11 @@ class VideoReader {
   // The next picture as 8-bit BGR; false at the end. Throws InputError when the film is cut off or
   // changes its size.
   bool read(cv::Mat& frame);
+
+  // From now on pictures are put back to where the first one shows these fiducials.
+  void hold_steady(const std::vector<FiducialSighting>& first) { steady_.emplace(first); }
+  // How that went; nothing where it was not asked for.
+  const std::optional<SteadyView>& steady() const { return steady_; }
 
   // Pictures: frames, or fields where frames are woven of two.
   int frames_read() const { return frames_read_; }
@@ -72,7 +79,11 @@ class VideoReader {
   std::vector<int> repeated_frames_;
   Scan scan_ = Scan::progressive;
   int parity_ = -1;
+  std::optional<SteadyView> steady_;
   cv::Mat woven_;  // the frame whose second field comes next; empty where none does
 };
+
+// Numbers of frames in a sentence: "3, 4, 9, 10, 14, 15 and 12 more".
+std::string listed(const std::vector<int>& frames);
 
 }  // namespace graintruth::tracking

@@ -66,6 +66,21 @@ TEST(BinSimulator, EveryButtonLeavesOrStays) {
   EXPECT_TRUE(std::is_sorted(run.bin.discharge.times.begin(), run.bin.discharge.times.end()));
 }
 
+// A disc is one sphere: it lies the same however it is turned.
+TEST(BinSimulator, DiscsDoNotCareHowTheyAreTurned) {
+  BinStart start = bin(0.07, rows(21));
+  start.experiment.particle.plate = datasets::EllipticalPlate{0.0054, 0.0054, 0.0023};
+  const SimulatedRun run = make_bin_simulator(start, {})(request(start, 1));
+  ASSERT_EQ(run.status, RunStatus::completed) << run.message;
+  EXPECT_GT(run.bin.discharge.times.size(), 0U);
+  for (std::size_t i = 0; i < start.bed.size(); ++i)
+    start.bed[i].angle = 0.7 * static_cast<double>(i);
+  const SimulatedRun turned = make_bin_simulator(start, {})(request(start, 1));
+  ASSERT_EQ(turned.bin.discharge.times.size(), run.bin.discharge.times.size());
+  for (std::size_t i = 0; i < run.bin.discharge.times.size(); ++i)
+    EXPECT_NEAR(turned.bin.discharge.times[i], run.bin.discharge.times[i], 1.0e-9);
+}
+
 TEST(BinSimulator, GivesTheSameForTheSameSeedAndOthersForAnother) {
   BinStart start = bin(0.07, rows(49));
   start.standard_deviation = {5e-5, 5e-5, 0.01};

@@ -173,6 +173,27 @@ TEST(TrackBed, FollowsEveryPlateOfADrawnDischarge) {
   for (const std::string& sentence : tracked.summary.warnings) ADD_FAILURE() << sentence;
 }
 
+// Without marks they show no angle, and none is made up.
+TEST(TrackBed, FollowsDiscs) {
+  SyntheticBed bed = make_bed();
+  bed.scene.experiment.particle.plate = datasets::EllipticalPlate{0.0078, 0.0078, 0.002};
+  bed.holes = false;
+  std::vector<cv::Mat> film;
+  for (int k = 0; k < frames; ++k)
+    film.push_back(draw_bed(bed, poses_at(k / frame_rate), k / frame_rate > opening, k));
+  const TrackedBed tracked = track(bed.scene.experiment, film);
+  EXPECT_EQ(tracked.bed.found_first, 30);
+  EXPECT_EQ(tracked.bed.unaccounted, 0);
+  const Errors errors = errors_of(tracked);
+  EXPECT_EQ(errors.strangers, 0);
+  EXPECT_LT(errors.position_px, 0.15);
+  EXPECT_GT(errors.normalised, 0.5);
+  EXPECT_LT(errors.normalised, 1.6);
+  for (const datasets::Pose& pose : tracked.trajectories.poses)
+    EXPECT_FALSE(std::isfinite(pose.angle));
+  for (const std::string& sentence : tracked.summary.warnings) ADD_FAILURE() << sentence;
+}
+
 TEST(TrackBed, TellsOfAWrongCount) {
   datasets::Experiment experiment = make_bed().scene.experiment;
   experiment.particle.count = 32;
