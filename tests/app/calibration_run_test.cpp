@@ -5,6 +5,7 @@
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 #include <thread>
 #include <tuple>
@@ -68,6 +69,12 @@ class CalibrationRun : public testing::Test {
       EXPECT_TRUE(is_new) << "a simulation stands twice in the journal";
     }
     return rows;
+  }
+
+  // Simulations in the journal of a program that runs; none before it made the journal its own.
+  double rows_so_far(const std::string& out) const {
+    if (!std::filesystem::exists(folder_ / out / "journal.db-wal")) return 0;
+    return static_cast<double>(journal(out).size());
   }
 
   static void expect_kept(const Rows& before, const Rows& after) {
@@ -173,11 +180,17 @@ TEST_F(CalibrationRun, EndsTheSameAfterBeingKilledAtAnyMomentAndOnAnyNumberOfThr
   const ProgramOutcome whole = run_program(calibrate("whole"));
   ASSERT_EQ(whole.status, 0) << whole.err;
 
-  // 2. Killed again and again, after a moment, then left alone
+  // 2. Killed again and again, each time a few ms after it got so far, then left alone
   Rows rows;
-  for (const double share : {0.02, 0.2, 0.3, 0.15, 0.25}) {
+  std::mt19937 generator(7);
+  std::uniform_int_distribution<int> more_milliseconds(0, 20);
+  const auto whole_rows = static_cast<double>(journal("whole").size());
+  for (const double share : {0.0, 0.02, 0.2, 0.45, 0.8}) {
     RunningProgram program(calibrate("killed"));
-    std::this_thread::sleep_for(std::chrono::duration<double>(share * whole.seconds));
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (rows_so_far("killed") < share * whole_rows && std::chrono::steady_clock::now() < give_up)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::this_thread::sleep_for(std::chrono::milliseconds(more_milliseconds(generator)));
     program.send(SIGKILL);
     program.wait();
     const Rows now = journal("killed");
