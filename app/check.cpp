@@ -206,7 +206,7 @@ struct Work {
 
 Work work_of(const Experiment& experiment, int budget) {
   const calibrate::CalibrationOptions options;
-  const int places = 2 * options.search_seeds;
+  const int places = 2 * options.gate_seeds;
   const int time_step = 3 * places;                     // at 1, 1/2 and 1/4 of the time step
   const int half_step = options.confirmation_seeds;     // of the winner; twice the cost
   const int friction = 4 * options.confirmation_seeds;  // the thesis's frictions

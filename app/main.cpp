@@ -320,7 +320,7 @@ int main(int argc, char** argv) {
   add_experiment(calibrate_verb, calibrate.experiment);
   calibrate_verb
       .add_option(
-          "--budget", calibrate.budget, "Evaluations of the search (default: 104, for a bin 60)")
+          "--budget", calibrate.budget, "Evaluations of the search (default: 120, for a bin 60)")
       ->check(CLI::Range(20, 100000));
   calibrate_verb
       .add_option("--time-limit",

@@ -32,6 +32,12 @@ class Mean {
   int count_ = 0;
 };
 
+double mean_of(const BinComparison::Shares& shares) {
+  Mean kinds;
+  for (const BinComparison::Share& share : shares) kinds.add(share.value);
+  return kinds.value();
+}
+
 // What a model in which nothing moves would give.
 BinNumbers numbers_of_rest(const BinNumbers& filmed, int particles) {
   return {.rate = 0.0,
@@ -151,6 +157,7 @@ BinComparison::BinComparison(std::vector<FilmedBin> films) : films_(std::move(fi
     scatter_.remaining = std::max(std::sqrt(remaining / scatter_.freedom), particle_resolution);
   }
   if (velocity_freedom > 0) scatter_.relative_velocity = std::sqrt(velocity / velocity_freedom);
+  learn_kinds();
 }
 
 std::vector<BinComparison::Differences> BinComparison::differences(
@@ -221,16 +228,24 @@ std::vector<BinComparison::Differences> BinComparison::mean_differences(
   return of_orifices;
 }
 
-std::vector<double> BinComparison::residuals_of(const Differences& difference,
-                                                const OrificeMean& orifice) const {
-  const double share = std::sqrt(2.0 / static_cast<double>(orifice.films.size()));
-  std::vector<double> z = {difference.rate / (scatter_.relative_rate * share),
-                           difference.remaining / (scatter_.remaining * share)};
-  for (const double velocity : difference.velocity) {
-    z.push_back(scatter_.relative_velocity > 0.0 ? velocity / (scatter_.relative_velocity * share)
-                                                 : nan);
+std::vector<BinComparison::Residual> BinComparison::residuals_of(
+    const std::vector<Differences>& of_orifices) const {
+  if (laws_) return law_residuals(of_orifices);
+  std::vector<Residual> all;
+  // Which are NaN depends on the films alone.
+  const auto add = [&](std::string_view kind, double difference, double scatter) {
+    if (const double z = difference / scatter; !std::isnan(z)) all.push_back({kind, z});
+  };
+  for (std::size_t i = 0; i < orifices_.size(); ++i) {
+    const Differences& difference = of_orifices[i];
+    const double share = std::sqrt(2.0 / static_cast<double>(orifices_[i].films.size()));
+    add("flow_rate", difference.rate, scatter_.relative_rate * share);
+    add("remaining", difference.remaining, scatter_.remaining * share);
+    if (!(scatter_.relative_velocity > 0.0)) continue;
+    for (const double velocity : difference.velocity)
+      add("velocity_profile", velocity, scatter_.relative_velocity * share);
   }
-  return z;
+  return all;
 }
 
 std::vector<MeanFlow> BinComparison::mean_flows(const std::vector<Differences>* of_orifices) const {
@@ -299,52 +314,59 @@ std::optional<BinComparison::Laws> BinComparison::learn_laws() const {
 
 // Of C, of k, and of the B of each orifice whose films tell one. Simulated means scatter as filmed
 // ones do.
-std::vector<double> BinComparison::law_residuals(
+std::vector<BinComparison::Residual> BinComparison::law_residuals(
     const std::vector<Differences>& of_orifices) const {
   const FlowLaws simulated = fit_flow_laws(
       mean_flows(&of_orifices), films_.front().rig.particle_diameter, films_.front().rig.gravity);
   const FlowLaws& filmed = laws_->filmed;
   const double both = std::sqrt(2.0);
-  std::vector<double> z = {(simulated.C - filmed.C) / (both * laws_->uncertainty.C),
-                           (simulated.k - filmed.k) / (both * laws_->uncertainty.k)};
+  std::vector<Residual> all = {
+      {"beverloo_C", (simulated.C - filmed.C) / (both * laws_->uncertainty.C)},
+      {"beverloo_k", (simulated.k - filmed.k) / (both * laws_->uncertainty.k)}};
   for (std::size_t i = 0; i < orifices_.size(); ++i) {
     if (!(filmed.B[i] > 0.0) || !(laws_->relative_B > 0.0)) continue;
     const auto films = static_cast<double>(orifices_[i].films.size());
-    z.push_back((simulated.B[i] / filmed.B[i] - 1.0) /
-                (both * laws_->relative_B / std::sqrt(films)));
+    all.push_back(
+        {"kinematic_B",
+         (simulated.B[i] / filmed.B[i] - 1.0) / (both * laws_->relative_B / std::sqrt(films))});
   }
-  return z;
+  return all;
 }
 
-double BinComparison::objective_of(const std::vector<Differences>& of_orifices) const {
-  Mean kinds;
-  for (const Share& share : shares_of(of_orifices)) kinds.add(share.value);
-  return kinds.value();
-}
-
-BinComparison::Shares BinComparison::shares_of(const std::vector<Differences>& of_orifices) const {
-  if (laws_) {
-    const std::vector<double> z = law_residuals(of_orifices);
-    Shares shares = {{"beverloo_C", pseudo_huber(z[0])}, {"beverloo_k", pseudo_huber(z[1])}};
-    Mean kinematic;
-    for (std::size_t i = 2; i < z.size(); ++i) kinematic.add(pseudo_huber(z[i]));
-    if (z.size() > 2) shares.push_back({"kinematic_B", kinematic.value()});
-    return shares;
+// Kinds in the order in which they come first.
+BinComparison::Shares BinComparison::shares_of(const std::vector<Residual>& residuals) {
+  std::vector<std::pair<std::string_view, Mean>> means;
+  for (const Residual& residual : residuals) {
+    auto at = std::find_if(
+        means.begin(), means.end(), [&](const auto& mean) { return mean.first == residual.kind; });
+    if (at == means.end()) at = means.insert(means.end(), {residual.kind, Mean{}});
+    at->second.add(pseudo_huber(residual.z));
   }
-  Mean rate, remaining, velocity;
-  for (std::size_t i = 0; i < orifices_.size(); ++i) {
-    const std::vector<double> z = residuals_of(of_orifices[i], orifices_[i]);
-    rate.add(pseudo_huber(z[0]));
-    remaining.add(pseudo_huber(z[1]));
-    for (std::size_t k = 2; k < z.size(); ++k) velocity.add(pseudo_huber(z[k]));
-  }
-  Shares shares = {{"flow_rate", rate.value()}, {"remaining", remaining.value()}};
-  if (!std::isnan(velocity.value())) shares.push_back({"velocity_profile", velocity.value()});
+  Shares shares;
+  for (const auto& [kind, mean] : means) shares.push_back({kind, mean.value()});
   return shares;
 }
 
+double BinComparison::objective_of(const std::vector<Differences>& of_orifices) const {
+  return mean_of(shares_of(residuals_of(of_orifices)));
+}
+
+// As a model has them in which nothing moves.
+void BinComparison::learn_kinds() {
+  const std::vector<SimulatedRun> at_rest(films_.size(), {.status = RunStatus::unstable});
+  kinds_.clear();
+  for (const Residual& residual : residuals_of(mean_differences(at_rest)))
+    kinds_.push_back(residual.kind);
+}
+
+double BinComparison::loss(std::span<const double> residuals) const {
+  std::vector<Residual> all;
+  for (std::size_t i = 0; i < residuals.size(); ++i) all.push_back({kinds_.at(i), residuals[i]});
+  return mean_of(shares_of(all));
+}
+
 BinComparison::Shares BinComparison::shares(std::span<const SimulatedRun> runs) const {
-  return shares_of(mean_differences(runs));
+  return shares_of(residuals_of(mean_differences(runs)));
 }
 
 double BinComparison::simulated_rate(const OrificeMean& orifice,
@@ -355,15 +377,8 @@ double BinComparison::simulated_rate(const OrificeMean& orifice,
 }
 
 std::vector<double> BinComparison::residuals(std::span<const SimulatedRun> runs) const {
-  const std::vector<Differences> of_orifices = mean_differences(runs);
-  if (laws_) return law_residuals(of_orifices);
   std::vector<double> all;
-  for (std::size_t i = 0; i < orifices_.size(); ++i) {
-    for (const double z : residuals_of(of_orifices[i], orifices_[i])) {
-      // Which are NaN depends on the films only.
-      if (!std::isnan(z)) all.push_back(z);
-    }
-  }
+  for (const Residual& residual : residuals_of(mean_differences(runs))) all.push_back(residual.z);
   return all;
 }
 
@@ -466,9 +481,11 @@ std::unique_ptr<Comparison> BinComparison::with_replicates(std::span<const Simul
 std::unique_ptr<Comparison> BinComparison::with_form(datasets::ObjectiveForm form) const {
   auto other = std::make_unique<BinComparison>(*this);
   other->laws_.reset();
-  if (form == datasets::ObjectiveForm::smooth) return other;
-  if (tells_laws()) other->laws_ = learn_laws();
-  if (!other->laws_) return nullptr;
+  if (form == datasets::ObjectiveForm::requested) {
+    if (tells_laws()) other->laws_ = learn_laws();
+    if (!other->laws_) return nullptr;
+  }
+  other->learn_kinds();
   return other;
 }
 

@@ -63,6 +63,7 @@ class BinComparison final : public Comparison {
   // kinematic B of each orifice.
   double objective(std::span<const SimulatedRun> runs) const override;
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;
+  double loss(std::span<const double> residuals) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
   // By the smooth form: one orifice tells no law.
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
@@ -101,9 +102,14 @@ class BinComparison final : public Comparison {
                               std::size_t seeds,
                               std::size_t left_out) const;
   std::vector<Differences> mean_differences(std::span<const SimulatedRun> runs) const;
-  // z of one orifice: its rate, its remaining particles, its velocities (NaN where none was seen).
-  std::vector<double> residuals_of(const Differences& difference, const OrificeMean& orifice) const;
-  Shares shares_of(const std::vector<Differences>& of_orifices) const;
+  // What is compared, orifice after orifice, and its z. How many there are, and of what, depends on
+  // the films alone.
+  struct Residual {
+    std::string_view kind;
+    double z = 0.0;
+  };
+  std::vector<Residual> residuals_of(const std::vector<Differences>& of_orifices) const;
+  static Shares shares_of(const std::vector<Residual>& residuals);
   double objective_of(const std::vector<Differences>& of_orifices) const;
   // The means of the films, or with these differences those of their simulations.
   std::vector<MeanFlow> mean_flows(const std::vector<Differences>* of_orifices) const;
@@ -118,13 +124,15 @@ class BinComparison final : public Comparison {
   bool tells_laws() const;
   // None where no constants fit the films.
   std::optional<Laws> learn_laws() const;
-  std::vector<double> law_residuals(const std::vector<Differences>& of_orifices) const;
+  std::vector<Residual> law_residuals(const std::vector<Differences>& of_orifices) const;
+  void learn_kinds();
 
   std::vector<FilmedBin> films_;
   std::vector<BinNumbers> numbers_;  // of the films
   std::vector<OrificeMean> orifices_;
   BinScatter scatter_;
-  std::optional<Laws> laws_;  // of the requested form alone
+  std::optional<Laws> laws_;             // of the requested form alone
+  std::vector<std::string_view> kinds_;  // of the residuals
 };
 
 }  // namespace graintruth::calibrate

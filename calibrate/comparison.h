@@ -45,6 +45,8 @@ class Comparison {
   // What the objective is a loss of: simulated minus measured, in units of what replicates know.
   // As many, in the same order, for all runs; empty where most failed.
   virtual std::vector<double> residuals(std::span<const SimulatedRun> runs) const = 0;
+  // The objective of runs with these residuals.
+  virtual double loss(std::span<const double> residuals) const = 0;
   // Standard deviation of the objective that comes from the seeds alone: delete-one jackknife.
   virtual double noise(std::span<const SimulatedRun> runs) const = 0;
   virtual RunScore score_run(const SimulatedRun& run, std::size_t scene) const = 0;

@@ -53,6 +53,12 @@ double loss(datasets::ObjectiveForm form, double z) {
 
 }  // namespace
 
+double mean_loss(datasets::ObjectiveForm form, std::span<const double> residuals) {
+  double sum = 0.0;
+  for (const double z : residuals) sum += loss(form, z);
+  return residuals.empty() ? 0.0 : sum / static_cast<double>(residuals.size());
+}
+
 double pseudo_huber(double z) { return std::sqrt(1.0 + 0.25 * z * z) - 1.0; }
 
 HalfWidths smooth_half_widths(const Band& replicates,
@@ -116,10 +122,7 @@ std::vector<double> residuals(const datasets::Trajectories& replicate_mean,
 double objective(const datasets::Trajectories& replicate_mean,
                  const HalfWidths& widths,
                  const datasets::Trajectories& simulated_mean) {
-  const std::vector<double> all = residuals(replicate_mean, widths, simulated_mean);
-  double sum = 0.0;
-  for (const double z : all) sum += loss(widths.form, z);
-  return all.empty() ? 0.0 : sum / static_cast<double>(all.size());
+  return mean_loss(widths.form, residuals(replicate_mean, widths, simulated_mean));
 }
 
 double objective_of_rest(const datasets::Trajectories& replicate_mean, const HalfWidths& widths) {

@@ -44,6 +44,9 @@ std::vector<double> residuals(const datasets::Trajectories& replicate_mean,
                               const HalfWidths& widths,
                               const datasets::Trajectories& simulated_mean);
 
+// J of these residuals.
+double mean_loss(datasets::ObjectiveForm form, std::span<const double> residuals);
+
 // J of the text above; never NaN. Where the simulation has no value the distance counts as that of
 // a particle that stayed at its measured first place.
 double objective(const datasets::Trajectories& replicate_mean,

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/normal.hpp>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
-#include <optional>
+#include <cmath>
+#include <numeric>
 
 namespace graintruth::calibrate {
 
@@ -14,15 +14,8 @@ namespace {
 constexpr int everywhere = 512;                                // candidates over the whole cube
 constexpr std::array<double, 3> scales = {0.15, 0.05, 0.015};  // of each range, around a centre
 constexpr int at_each_scale = 96;
-
-// E[max(0, lowest - Y)] = (lowest - m) Phi(u) + s phi(u),  u = (lowest - m)/s,  Y ~ N(m, s)
-double expected_improvement(const Surrogate::Prediction& prediction, double lowest) {
-  const double gain = lowest - prediction.mean;
-  const double s = prediction.standard_deviation;
-  if (!(s > 0.0)) return std::max(0.0, gain);
-  const boost::math::normal_distribution<double> standard;
-  return gain * cdf(standard, gain / s) + s * pdf(standard, gain / s);
-}
+constexpr std::size_t closer_look = 160;  // of the candidates, those of lowest prediction
+constexpr int draws = 12;
 
 std::vector<UnitPoint> candidates_around(const std::vector<UnitPoint>& centres,
                                          std::uint64_t seed) {
@@ -42,25 +35,66 @@ std::vector<UnitPoint> candidates_around(const std::vector<UnitPoint>& centres,
   return candidates;
 }
 
+double total_at(const Aim& aim, const UnitPoint& place, double objective) {
+  return objective + (aim.known ? aim.known(place) : 0.0);
+}
+
+// The candidates of lowest predicted total, and these totals.
+std::vector<double> keep_lowest(const Emulator& emulator,
+                                const Aim& aim,
+                                std::vector<UnitPoint>& candidates) {
+  std::vector<double> totals = emulator.objectives(candidates);
+  for (std::size_t i = 0; i < totals.size(); ++i)
+    totals[i] = total_at(aim, candidates[i], totals[i]);
+  std::vector<std::size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(
+      order.begin(), order.end(), [&](auto a, auto b) { return totals[a] < totals[b]; });
+  order.resize(std::min(order.size(), closer_look));
+  std::vector<UnitPoint> places;
+  std::vector<double> kept;
+  for (const std::size_t i : order) {
+    places.push_back(std::move(candidates[i]));
+    kept.push_back(totals[i]);
+  }
+  candidates = std::move(places);
+  return kept;
+}
+
 }  // namespace
 
-std::vector<UnitPoint> propose(const Surrogate& surrogate,
+std::vector<UnitPoint> propose(const Emulator& emulator,
+                               const Aim& aim,
                                const std::vector<UnitPoint>& centres,
                                int count,
                                std::uint64_t seed) {
-  const std::vector<UnitPoint> candidates = candidates_around(centres, seed);
+  std::vector<UnitPoint> candidates = candidates_around(centres, seed);
+  const std::vector<double> predicted = keep_lowest(emulator, aim, candidates);
+  const auto logarithm = [&](double total) { return std::log(total + aim.floor); };
+
   std::vector<UnitPoint> chosen;
-  std::optional<Surrogate> believed;
-  while (static_cast<int>(chosen.size()) < count) {
-    const Surrogate& current = believed ? *believed : surrogate;
-    const double lowest = current.lowest_mean();
-    const std::vector<Surrogate::Prediction> predictions = current.predict(candidates);
-    const auto best =
-        std::max_element(predictions.begin(), predictions.end(), [&](const auto& a, const auto& b) {
-          return expected_improvement(a, lowest) < expected_improvement(b, lowest);
-        });
-    chosen.push_back(candidates[static_cast<std::size_t>(best - predictions.begin())]);
-    if (static_cast<int>(chosen.size()) < count) believed.emplace(current.believing(chosen.back()));
+  std::vector<char> is_taken(candidates.size(), 0);
+  Emulator current = emulator;
+  double lowest = logarithm(aim.lowest);
+  while (static_cast<int>(chosen.size()) < count && chosen.size() < candidates.size()) {
+    // E[max(0, ln lowest - ln total)] over draws of what is predicted; where no draw improves, the
+    // lowest prediction
+    const auto drawn = current.draw_objectives(candidates, draws, seed);
+    std::size_t best = candidates.size();
+    double most = 0.0;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (is_taken[i]) continue;
+      double gain = 0.0;
+      for (const std::vector<double>& objectives : drawn)
+        gain += std::max(0.0, lowest - logarithm(total_at(aim, candidates[i], objectives[i])));
+      if (best < candidates.size() && !(gain > most)) continue;
+      best = i;
+      most = gain;
+    }
+    is_taken[best] = 1;
+    chosen.push_back(candidates[best]);
+    lowest = std::min(lowest, logarithm(predicted[best]));
+    if (static_cast<int>(chosen.size()) < count) current = current.believing(chosen.back());
   }
   return chosen;
 }

@@ -1,18 +1,28 @@
-// Where a surrogate says that the next simulations are best spent.
+// Where the next simulations are best spent.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
-#include "calibrate/surrogate.h"
+#include "calibrate/emulator.h"
 
 namespace graintruth::calibrate {
 
-// `count` places to be evaluated at once, each the one of largest expected improvement over the
-// surrogate's lowest mean (Mockus 1975; Jones, Schonlau and Welch 1998, eq 15) when those before it
-// are believed to turn out as predicted. Looked for over the whole cube and, ever finer, around
-// `centres`. The same for the same arguments.
-std::vector<UnitPoint> propose(const Surrogate& surrogate,
+// What is improved upon: the lowest total so far, of an objective and what is `known` everywhere (a
+// prior's penalty; may be empty). Differences below `floor` are noise.
+struct Aim {
+  double lowest = 0.0;
+  double floor = 0.0;
+  std::function<double(const UnitPoint&)> known;
+};
+
+// `count` places to be evaluated at once, each the one of largest expected improvement of the
+// total's logarithm (Mockus 1975; Jones, Schonlau and Welch 1998) when those before it are believed
+// to turn out as predicted. Looked for over the whole cube and, ever finer, around `centres`. The
+// same for the same arguments.
+std::vector<UnitPoint> propose(const Emulator& emulator,
+                               const Aim& aim,
                                const std::vector<UnitPoint>& centres,
                                int count,
                                std::uint64_t seed);

@@ -14,23 +14,21 @@ namespace graintruth::calibrate {
 namespace {
 
 // Shares of the budget; the finer local search has the rest.
-constexpr double design_share = 0.25;
-constexpr double descent_share = 0.17;   // a coarse local search from the design's best
-constexpr double proposal_share = 0.13;  // the surrogate's
+constexpr double design_share = 0.2;
+constexpr double proposal_share = 0.42;  // the emulator's
 constexpr double profile_share = 0.4;    // effects and ends of the intervals: no more than this
 constexpr double prior_share = 0.3;      // what is kept until the prior counts, where there is one
 constexpr int least_design = 8;          // evaluations
-constexpr int proposed_at_once = 4;
+constexpr int proposed_at_once = 2;
 constexpr std::size_t proposal_centres = 3;
 constexpr double centre_distance = 0.02;  // of a range; nearer places are one centre
-constexpr double descent_step = 0.1;      // of each range; first step of the coarse local search
-constexpr double polish_step = 0.03;      // the same of the finer one
-constexpr double last_step = 0.015;       // the same of the one after the intervals
+constexpr double polish_step = 0.03;      // of each range; first step of the local search
 constexpr int stall_evaluations = 12;     // without gain end a local search
 constexpr int gate_places = 2;
 constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
-constexpr std::size_t choice_candidates = 4;   // of the evaluations
-constexpr std::size_t other_candidates = 2;  // of the surrogate: its minimum, its posterior's mean
+constexpr std::size_t choice_candidates = 3;   // of the evaluations
+// The emulator's minimum, the surrogate's, and its posterior's mean
+constexpr std::size_t other_candidates = 3;
 
 PosteriorMarginal marginal(const ParameterSpace& space,
                            const Posterior& posterior,
@@ -108,11 +106,13 @@ void Search::run() {
   timed("time step", [&] { choose_step(); });
   timed("design", [&] { explore(); });
   timed("self-test", [&] { test_itself(); });
-  timed("descent",
-        [&] { polish(descent_step, budget_ - share_of_budget(design_share + descent_share)); });
-  timed("proposals", [&] { follow_surrogate(proposal_share, kept_for_intervals()); });
+  const bool is_joint = experiment_.time_step_rule == datasets::TimeStepRule::joint;
+  timed("proposals", [&] {
+    // The local search along one more axis, the time step's, needs its own share
+    follow_emulator(is_joint ? 0.5 * proposal_share : proposal_share, kept_for_intervals());
+  });
   timed("polish", [&] {
-    if (experiment_.time_step_rule == datasets::TimeStepRule::joint) {
+    if (is_joint) {
       polish_with_time_step();
     } else {
       polish(polish_step, kept_for_intervals());
@@ -121,7 +121,7 @@ void Search::run() {
   timed("effects", [&] { find_effects(); });
   timed("uncertainty", [&] { find_uncertainty(); });
   if (prior_.is_stated()) timed("prior", [&] { bring_in_prior(); });
-  timed("last polish", [&] { polish(last_step, 0); });
+  timed("last proposals", [&] { follow_emulator(1.0, 0); });
   timed("posterior", [&] { learn_landscape(); });
   timed("choice", [&] { choose(); });
 }
@@ -138,7 +138,9 @@ void Search::timed(const char* name, const std::function<void()>& stage) {
 double Search::expected_cost() const {
   const double runs = static_cast<double>(ensemble_.scenes()) * options_.search_seeds;
   const double choice = static_cast<double>(ensemble_.scenes()) * choice_simulations(options_);
-  return (gate_places * gate_cost + options_.budget) * runs + choice + later_simulations_;
+  const double gate =
+      gate_places * gate_cost * static_cast<double>(ensemble_.scenes()) * options_.gate_seeds;
+  return gate + options_.budget * runs + choice + later_simulations_;
 }
 
 // `weight` is the mean cost of a simulation of the batch.
@@ -221,10 +223,12 @@ void Search::choose_step() {
   std::vector<ParameterSet> places;
   for (const double level : {0.5, 0.25})
     places.push_back(space_.from_unit(UnitPoint(space_.dimension(), level)));
-  result_.time_step = choose_time_step(
-      ensemble_, places, options_.largest_time_step_fraction, search_seeds_, reporter());
+  // Those of the search are the first of these.
+  const auto seeds = make_seeds(options_.seed, "search", options_.gate_seeds);
+  result_.time_step =
+      choose_time_step(ensemble_, places, options_.largest_time_step_fraction, seeds, reporter());
   for (const TimeStepRow& row : result_.time_step.rows) {
-    result_.simulations += static_cast<int>(ensemble_.scenes()) * options_.search_seeds;
+    result_.simulations += static_cast<int>(ensemble_.scenes()) * options_.gate_seeds;
     result_.failed += row.failed;
   }
   if (!result_.time_step.converged) {
@@ -282,9 +286,9 @@ void Search::warn_early(const std::string& sentence) {
   if (options_.notice) options_.notice(sentence);
 }
 
-// 5. What a surrogate of all evaluations so far proposes, batch after batch: between neighbouring
+// 4. What an emulator of all evaluations so far proposes, batch after batch: between neighbouring
 // valleys, of which only one is right, it goes where most may be gained.
-void Search::follow_surrogate(double share, int kept) {
+void Search::follow_emulator(double share, int kept) {
   if (space_.dimension() == 0) return;
   const int last = static_cast<int>(result_.evaluations.size()) + share_of_budget(share);
   for (std::uint64_t round = 0; static_cast<int>(result_.evaluations.size()) < last; ++round) {
@@ -292,16 +296,27 @@ void Search::follow_surrogate(double share, int kept) {
                                 last - static_cast<int>(result_.evaluations.size()),
                                 budget_left() - kept});
     if (count < 1) return;
-    const Surrogate surrogate = with_prior(
-        fit_surrogate(ensemble_.comparison(), result_.evaluations, space_), space_, prior_);
+    const Emulator& emulator = learn_emulator();
+    if (!emulator.knows_anything()) return;
+    const Aim aim{prior_.total(best()),
+                  noise_of_lowest(ensemble_.comparison(), result_.evaluations),
+                  [&](const UnitPoint& place) { return prior_.penalty(space_.from_unit(place)); }};
     std::vector<ParameterSet> places;
-    for (const UnitPoint& place : propose(surrogate,
+    for (const UnitPoint& place : propose(emulator,
+                                          aim,
                                           lowest_places(proposal_centres, centre_distance),
                                           count,
                                           options_.seed + round))
       places.push_back(space_.from_unit(place));
     search("proposals", places);
   }
+}
+
+// Of all evaluations so far.
+const Emulator& Search::learn_emulator() {
+  emulator_ = Emulator(
+      ensemble_.comparison(), result_.evaluations, space_, emulator_ ? &*emulator_ : nullptr);
+  return *emulator_;
 }
 
 std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const {
@@ -346,8 +361,8 @@ OptimiserOptions Search::local_search(double step, int budget) const {
           .stall_evaluations = stall_evaluations};
 }
 
-// 4 and 6. A local search from the best place, coarse before the surrogate's proposals and finer
-// after them: a surrogate blurs what is finer than the spacing of its points. `kept` evaluations
+// 5. A local search from the best place: an emulator blurs what is finer than the spacing of its
+// points. `kept` evaluations
 // are left to others; what the intervals do not need goes into a last one.
 void Search::polish(double step, int kept) {
   if (space_.dimension() == 0) {
@@ -421,7 +436,7 @@ std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance)
   return places;
 }
 
-// 7. What each parameter does on its own: from the best place to either end of its range. What
+// 6. What each parameter does on its own: from the best place to either end of its range. What
 // shows no more than other replicates and seeds could explain, the data do not identify.
 void Search::find_effects() {
   const Evaluation base = space_.dimension() > 0 ? best() : Evaluation{};
@@ -462,7 +477,7 @@ std::vector<Profile> Search::find_profiles() {
        .max_evaluations = std::max(0, budget_left())});
 }
 
-// 8. The interval that the data give to each parameter.
+// 7. The interval that the data give to each parameter.
 void Search::find_uncertainty() {
   if (space_.dimension() == 0) return;
   result_.profiles = find_profiles();
@@ -495,7 +510,7 @@ double Search::allowed_by_data() const {
   return allowed;
 }
 
-// 9. What the data alone say is known by now, and stands as it is; from here on the prior counts:
+// 8. What the data alone say is known by now, and stands as it is; from here on the prior counts:
 // proposals, a local search and intervals once more.
 void Search::bring_in_prior() {
   constexpr double share = 0.05;  // of the budget, for proposals and for the local search
@@ -506,12 +521,12 @@ void Search::bring_in_prior() {
   for (const CalibratedParameter& parameter : result_.calibrated) {
     if (is_in_conflict(parameter)) warn_early(words_on_conflict(parameter));
   }
-  follow_surrogate(share, 0);
+  follow_emulator(share, 0);
   polish(polish_step, std::max(0, budget_left() - share_of_budget(share)));
   result_.profiles = find_profiles();
 }
 
-// 10. A surrogate of all evaluations: sensitivities and trade-offs of the data alone, and the
+// 9. A surrogate of all evaluations: sensitivities and trade-offs of the data alone, and the
 // posterior.
 void Search::learn_landscape() {
   if (space_.dimension() == 0) return;
@@ -527,11 +542,11 @@ void Search::learn_landscape() {
     return draw_posterior(surrogate, start, allowed, options_.seed);
   };
   if (prior_.is_weighed()) {
-    const Posterior posterior = draw(of_data, surrogate_minimum(of_data, dimension));
+    const Posterior posterior = draw(of_data, minimum_of(landscape_of(of_data), dimension));
     result_.trade_offs = find_trade_offs(space_, posterior);
   }
   surrogate_.emplace(with_prior(std::move(of_data), space_, prior_));
-  surrogate_minimum_ = surrogate_minimum(*surrogate_, dimension);
+  surrogate_minimum_ = minimum_of(landscape_of(*surrogate_), dimension);
   if (!(allowed > 0.0)) return;
   const Posterior posterior = draw(*surrogate_, surrogate_minimum_);
   for (std::size_t d = 0; d < dimension; ++d)
@@ -553,7 +568,7 @@ std::optional<double> Search::held_value(const CalibratedParameter& parameter) c
   return parameter.bench;
 }
 
-// 11. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
+// 10. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
 // between the few best, and twice as many between the two that are left. Parameters that are not
 // identified stay at their bench values where that costs no more than seeds explain. The caller
 // scores the winner with further fresh seeds, so that no choice enters the score.
@@ -574,11 +589,17 @@ void Search::choose() {
     return evaluations;
   };
 
-  // 1. The best evaluations, the surrogate's minimum, and the middle of what is plausible: where
+  // 1. The best evaluations, the emulator's and the surrogate's minima, and the middle of what is
+  // plausible: where
   // the landscape is rough the lowest place is a lucky one
   std::vector<EvaluationPoint> candidates;
   for (const UnitPoint& place : lowest_places(choice_candidates, 0.0))
     candidates.push_back({space_.from_unit(place), fraction});
+  const Emulator& emulator = learn_emulator();
+  if (emulator.knows_anything()) {
+    const UnitPoint lowest = minimum_of(landscape_of(emulator, space_, prior_), space_.dimension());
+    candidates.push_back({space_.from_unit(lowest), fraction});
+  }
   candidates.push_back({space_.from_unit(surrogate_minimum_), fraction});
   if (!posterior_mean_.empty()) candidates.push_back({space_.from_unit(posterior_mean_), fraction});
   const std::vector<Evaluation> first = compare(candidates, half);
@@ -600,7 +621,10 @@ void Search::choose() {
   if (held.empty()) return;
   UnitPoint as_found = space_.to_unit(winner.parameters);
   for (const HeldCoordinate& coordinate : held) as_found[coordinate.dimension] = coordinate.value;
-  const UnitPoint optimised = surrogate_minimum(*surrogate_, space_.dimension(), held);
+  const UnitPoint optimised =
+      emulator.knows_anything()
+          ? minimum_of(landscape_of(emulator, space_, prior_), space_.dimension(), held)
+          : minimum_of(landscape_of(*surrogate_), space_.dimension(), held);
   const std::vector<Evaluation> at_bench = compare(
       {{space_.from_unit(as_found), fraction}, {space_.from_unit(optimised), fraction}}, seeds);
   const double noise = std::hypot(ensemble_.comparison().noise(winner.runs),
@@ -610,7 +634,7 @@ void Search::choose() {
     result_.parameters = at_bench.front().parameters;
 }
 
-// 12. Values, intervals and what must be said of them.
+// 11. Values, intervals and what must be said of them.
 SearchResult Search::finish() {
   result_.objective_form = ensemble_.comparison().form();
   result_.by_objective = best_by_each_objective(ensemble_.comparison(), result_.evaluations);

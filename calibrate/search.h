@@ -1,4 +1,4 @@
-// The search for parameters, whatever they are compared by: time step, design, the surrogate's
+// The search for parameters, whatever they are compared by: time step, design, an emulator's
 // proposals, a local search, intervals, and the choice of the winner, in numbered steps.
 #pragma once
 
@@ -32,8 +32,9 @@ struct CalibrationProgress {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   int jobs = 1;
-  int budget = 104;      // evaluations of the search: design, proposals, local searches, profiles
-  int search_seeds = 8;  // simulations an evaluation; a single run is as noisy as a replicate
+  int budget = 120;      // evaluations of the search: design, proposals, local search, profiles
+  int search_seeds = 6;  // simulations an evaluation; a single run is as noisy as a replicate
+  int gate_seeds = 8;    // simulations a time step is tried with
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
   double largest_time_step_fraction = 0.3;
   double time_limit = 0.0;  // s of wall time after which the search ends with what it has; 0: none
@@ -138,7 +139,8 @@ class Search {
   int budget_left() const;
   void choose_step();
   void explore();
-  void follow_surrogate(double share, int kept);
+  const Emulator& learn_emulator();
+  void follow_emulator(double share, int kept);
   BootstrapOptions bootstrap() const;
   CalibratedParameter& calibrated(std::string_view name);
   void test_itself();
@@ -168,8 +170,9 @@ class Search {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   std::vector<std::uint64_t> search_seeds_;
   ParameterSpace space_;
-  Prior prior_;                         // costs nothing until the data alone have been heard
-  int budget_;                          // evaluations that may be spent by now
+  Prior prior_;  // costs nothing until the data alone have been heard
+  int budget_;   // evaluations that may be spent by now
+  std::optional<Emulator> emulator_;
   std::optional<Surrogate> surrogate_;  // of all evaluations and the prior, once the search is over
   UnitPoint surrogate_minimum_;
   UnitPoint posterior_mean_;  // empty where nothing can be told apart

@@ -48,7 +48,6 @@ std::vector<UnitPoint> low_discrepancy_points(int count,
 struct Surrogate::Fit {
   std::vector<UnitPoint> points;
   Eigen::VectorXd values;
-  OT::Point variance;  // of each value's own error, roughness included
   OT::CovarianceModel covariance;
   Eigen::MatrixXd inverse;   // of K = C(points, points) + noise^2
   Eigen::RowVectorXd trend;  // 1' K^-1 / (1' K^-1 1): weights of the constant trend
@@ -144,7 +143,6 @@ Surrogate::Surrogate(std::vector<UnitPoint> points,
     if (!is_first && !(likelihood > best)) continue;
     is_first = false;
     best = likelihood;
-    fit_->variance = variance;
     fit_->covariance = candidate.covariance;
     fit_->inverse = std::move(candidate.inverse);
     fit_->trend = std::move(candidate.trend);
@@ -198,26 +196,6 @@ Surrogate Surrogate::plus(std::function<double(const UnitPoint&)> known) const {
   auto fit = std::make_unique<Fit>(*fit_);
   fit->known = std::move(known);
   return Surrogate(std::move(fit));
-}
-
-Surrogate Surrogate::believing(const UnitPoint& place) const {
-  auto fit = std::make_unique<Fit>(*fit_);
-  const Eigen::Index n = fit->values.size();
-  fit->points.push_back(place);
-  fit->values.conservativeResize(n + 1);
-  fit->values(n) = predict_own({&place, 1}).front().mean;
-  fit->variance.add(fit->roughness * fit->roughness);
-  fit->inverse = covariance_of(fit->covariance, sample_of(fit->points), fit->variance).inverse();
-  fit->trend = fit->inverse.colwise().sum() / fit->inverse.sum();
-  return Surrogate(std::move(fit));
-}
-
-double Surrogate::lowest_mean() const {
-  const std::vector<Prediction> predictions = predict(fit_->points);
-  return std::min_element(predictions.begin(),
-                          predictions.end(),
-                          [](const auto& a, const auto& b) { return a.mean < b.mean; })
-      ->mean;
 }
 
 double Surrogate::roughness() const { return fit_->roughness; }

@@ -40,12 +40,6 @@ class Surrogate {
   //   order.
   Surrogate plus(std::function<double(const UnitPoint&)> known) const;
 
-  // The same process once a value equal to its own prediction has been seen at `place`: what is
-  // known of a place that is being simulated ("Kriging believer", Ginsbourger et al. 2010).
-  Surrogate believing(const UnitPoint& place) const;
-  // The lowest predicted mean at the places that it was shown.
-  double lowest_mean() const;
-
   // Standard deviation of an independent error of each value beyond its noise: how rough the
   // values are from one place to the next.
   double roughness() const;

@@ -93,6 +93,10 @@ std::vector<double> TrackComparison::residuals(std::span<const SimulatedRun> run
   return calibrate::residuals(target_.mean, target_.widths, mean);
 }
 
+double TrackComparison::loss(std::span<const double> residuals) const {
+  return mean_loss(form(), residuals);
+}
+
 double TrackComparison::noise(std::span<const SimulatedRun> runs) const {
   const std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
   const WeightedMeans means(tracks);

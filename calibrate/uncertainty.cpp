@@ -113,42 +113,6 @@ void bracket(const ParameterSpace& space,
   }
 }
 
-// Where parameter `fixed` is at `value`: the others at the surrogate's best; but where the
-// compatible evaluations line up, on their line, because a surrogate does not continue a narrow
-// valley beyond the places that it was shown.
-UnitPoint others_at_their_best(const Surrogate& surrogate,
-                               const ParameterSpace& space,
-                               std::span<const Evaluation> all,
-                               const Standing& standing,
-                               std::size_t fixed,
-                               double value) {
-  constexpr double lined_up = 0.8;  // share of the variance that a straight line explains
-  constexpr std::size_t enough = 4;
-  const HeldCoordinate held{fixed, value};
-  UnitPoint place = surrogate_minimum(surrogate, space.dimension(), {&held, 1});
-  std::vector<UnitPoint> compatible;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (standing.excess[i].is_compatible()) compatible.push_back(space.to_unit(all[i].parameters));
-  }
-  if (compatible.size() < enough) return place;
-  const auto n = static_cast<double>(compatible.size());
-  for (std::size_t d = 0; d < space.dimension(); ++d) {
-    if (d == fixed) continue;
-    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-    for (const UnitPoint& point : compatible) {
-      x += point[fixed] / n;
-      y += point[d] / n;
-    }
-    for (const UnitPoint& point : compatible) {
-      xx += (point[fixed] - x) * (point[fixed] - x);
-      xy += (point[fixed] - x) * (point[d] - y);
-      yy += (point[d] - y) * (point[d] - y);
-    }
-    if (xy * xy > lined_up * xx * yy) place[d] = std::clamp(y + xy / xx * (value - x), 0.0, 1.0);
-  }
-  return place;
-}
-
 bool is_held(std::span<const HeldCoordinate> held, std::size_t dimension) {
   return std::any_of(held.begin(), held.end(), [&](const HeldCoordinate& coordinate) {
     return coordinate.dimension == dimension;
@@ -180,18 +144,14 @@ std::vector<UnitPoint> grid_around(const UnitPoint& centre,
 // Places a side of a first grid that is fine against any interval that matters.
 int first_side(std::size_t dimension) { return dimension == 1 ? 201 : dimension == 2 ? 61 : 17; }
 
-// Mean plus standard deviation: a minimum that is promised far from every evaluation is not
-// believed.
-UnitPoint lowest_of(const Surrogate& surrogate, const std::vector<UnitPoint>& places) {
-  const std::vector<Surrogate::Prediction> predictions = surrogate.predict(places);
-  const auto lowest =
-      std::min_element(predictions.begin(), predictions.end(), [](const auto& a, const auto& b) {
-        return a.mean + a.standard_deviation < b.mean + b.standard_deviation;
-      });
-  return places[static_cast<std::size_t>(lowest - predictions.begin())];
+UnitPoint lowest_of(const Landscape& landscape, const std::vector<UnitPoint>& places) {
+  const std::vector<double> values = landscape(places);
+  return places[static_cast<std::size_t>(std::min_element(values.begin(), values.end()) -
+                                         values.begin())];
 }
 
-// Median noise of the few lowest evaluations.
+}  // namespace
+
 double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation> evaluations) {
   constexpr std::size_t few = 9;
   constexpr double least = 1.0e-9;  // no logarithm of nothing
@@ -202,8 +162,6 @@ double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation>
   std::sort(noise.begin(), noise.end());
   return std::max(least, noise[noise.size() / 2]);
 }
-
-}  // namespace
 
 std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations,
                                             const Prior& prior) {
@@ -295,21 +253,41 @@ Surrogate with_prior(Surrogate surrogate, const ParameterSpace& space, const Pri
       [space, prior](const UnitPoint& place) { return prior.penalty(space.from_unit(place)); });
 }
 
-UnitPoint surrogate_minimum(const Surrogate& surrogate,
-                            std::size_t dimension,
-                            std::span<const HeldCoordinate> held) {
+UnitPoint minimum_of(const Landscape& landscape,
+                     std::size_t dimension,
+                     std::span<const HeldCoordinate> held) {
   constexpr int zooms = 3;  // each of a quarter of the last grid's cell: valleys can be narrow
   constexpr int zoomed_side = 9;
   UnitPoint centre(dimension, 0.5);
   for (const HeldCoordinate& coordinate : held) centre[coordinate.dimension] = coordinate.value;
   const int side = first_side(dimension);
-  UnitPoint lowest = lowest_of(surrogate, grid_around(centre, held, 0.5, side));
+  UnitPoint lowest = lowest_of(landscape, grid_around(centre, held, 0.5, side));
   double cell = 1.0 / (side - 1);
   for (int zoom = 0; zoom < zooms; ++zoom) {
-    lowest = lowest_of(surrogate, grid_around(lowest, held, cell, zoomed_side));
+    lowest = lowest_of(landscape, grid_around(lowest, held, cell, zoomed_side));
     cell *= 0.25;
   }
   return lowest;
+}
+
+// Mean plus standard deviation: a minimum that is promised far from every evaluation is not
+// believed.
+Landscape landscape_of(const Surrogate& surrogate) {
+  return [&surrogate](std::span<const UnitPoint> places) {
+    std::vector<double> values;
+    for (const Surrogate::Prediction& prediction : surrogate.predict(places))
+      values.push_back(prediction.mean + prediction.standard_deviation);
+    return values;
+  };
+}
+
+Landscape landscape_of(const Emulator& emulator, const ParameterSpace& space, const Prior& prior) {
+  return [&emulator, &space, &prior](std::span<const UnitPoint> places) {
+    std::vector<double> totals = emulator.objectives(places);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      totals[i] += prior.penalty(space.from_unit(places[i]));
+    return totals;
+  };
 }
 
 std::vector<Profile> profile_parameters(
@@ -318,8 +296,7 @@ std::vector<Profile> profile_parameters(
     std::span<const Evaluation> evaluations,
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options) {
-  const Surrogate surrogate =
-      with_prior(fit_surrogate(comparison, evaluations, space), space, options.prior);
+  const double roughness = fit_surrogate(comparison, evaluations, space).roughness();
   std::vector<Evaluation> all(evaluations.begin(), evaluations.end());
   const auto is_left_out = [&](std::size_t d) {
     const auto& names = options.left_out;
@@ -333,8 +310,7 @@ std::vector<Profile> profile_parameters(
   }
   Standing standing;
   const auto look = [&] {
-    standing =
-        compare_all(comparison, all, surrogate.roughness(), options.bootstrap, options.prior);
+    standing = compare_all(comparison, all, roughness, options.bootstrap, options.prior);
     // What is allowed is largest where the interval of a parabola ends; nearer to the best and
     // further out t S - D is less (see TrackComparison). The largest that a compatible value was
     // allowed counts for all.
@@ -352,8 +328,12 @@ std::vector<Profile> profile_parameters(
   };
 
   look();
+  std::optional<Emulator> emulator;
   for (int round = 0; round < options.rounds; ++round) {
-    // 1. The next value of every end, with the other parameters at their best for it
+    // 1. The next value of every end, with the other parameters where all evaluations so far say
+    // that their best for it is
+    emulator = Emulator(comparison, all, space, emulator ? &*emulator : nullptr);
+    const Landscape landscape = landscape_of(*emulator, space, options.prior);
     std::vector<ParameterSet> places;
     for (End& end : ends) {
       if (end.is_known()) continue;
@@ -362,8 +342,8 @@ std::vector<Profile> profile_parameters(
         break;
       const double value = end.next(options.first_step);
       end.tried.emplace_back(value, all.size() + places.size());
-      places.push_back(space.from_unit(
-          others_at_their_best(surrogate, space, all, standing, end.dimension, value)));
+      const HeldCoordinate held{end.dimension, value};
+      places.push_back(space.from_unit(minimum_of(landscape, space.dimension(), {&held, 1})));
     }
     if (places.empty()) break;
     // 2. All of them simulated at once, and everything compared anew: one may be the best of all

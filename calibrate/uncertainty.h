@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibrate/comparison.h"
+#include "calibrate/emulator.h"
 #include "calibrate/prior.h"
 #include "calibrate/surrogate.h"
 
@@ -106,11 +107,19 @@ struct HeldCoordinate {
   double value = 0.0;
 };
 
-// The place of the surrogate's minimum (of mean plus standard deviation) with the `held`
-// coordinates at their values: on a regular grid, refined around its lowest place.
-UnitPoint surrogate_minimum(const Surrogate& surrogate,
-                            std::size_t dimension,
-                            std::span<const HeldCoordinate> held = {});
+// What is predicted at each of many places; the lower the better.
+using Landscape = std::function<std::vector<double>(std::span<const UnitPoint>)>;
+Landscape landscape_of(const Surrogate& surrogate);
+Landscape landscape_of(const Emulator& emulator, const ParameterSpace& space, const Prior& prior);
+
+// The place of a landscape's minimum with the `held` coordinates at their values: on a regular
+// grid, refined around its lowest place.
+UnitPoint minimum_of(const Landscape& landscape,
+                     std::size_t dimension,
+                     std::span<const HeldCoordinate> held = {});
+
+// Median noise of the few lowest evaluations: differences below it mean nothing.
+double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation> evaluations);
 
 // The lowest total of objective and penalty first; equal ones in their order.
 std::vector<const Evaluation*> by_objective(std::span<const Evaluation> evaluations,

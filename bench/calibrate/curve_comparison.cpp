@@ -16,7 +16,7 @@ using calibrate::SimulatedRun;
 
 namespace {
 
-double mean_square(const std::vector<double>& values) {
+double mean_square(std::span<const double> values) {
   double mean = 0.0;
   for (const double value : values) mean += value * value / static_cast<double>(values.size());
   return mean;
@@ -49,7 +49,11 @@ std::vector<double> CurveComparison::residuals(std::span<const SimulatedRun> run
 }
 
 double CurveComparison::objective(std::span<const SimulatedRun> runs) const {
-  return mean_square(residuals(runs));
+  return loss(residuals(runs));
+}
+
+double CurveComparison::loss(std::span<const double> residuals) const {
+  return mean_square(residuals);
 }
 
 double CurveComparison::noise(std::span<const SimulatedRun> runs) const {

@@ -189,6 +189,9 @@ TEST(BinComparison, ComparesLawsInTheRequestedForm) {
   EXPECT_NEAR(z[0], expected, 0.02 * expected);
   EXPECT_NEAR(z[1], 0.0, 1e-3);
   for (std::size_t i = 2; i < z.size(); ++i) EXPECT_NEAR(z[i], 0.0, 1e-9);
+  EXPECT_EQ(laws->loss(z), laws->objective(runs));
+  const Comparison& smooth = *problem.calibrated;
+  EXPECT_EQ(smooth.loss(smooth.residuals(runs)), smooth.objective(runs));
   EXPECT_NEAR(laws->objective(runs), pseudo_huber(z[0]) / 3.0, 1e-6);
   EXPECT_GT(laws->noise(runs), 0.0);
   // Profiles twice as wide have a larger B, and nothing else changes

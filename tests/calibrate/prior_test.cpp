@@ -25,14 +25,19 @@ struct Parabola {
   double b_wall = 0.3, s_wall = 0.03;
   bool of_the_sum = false;
 
-  double operator()(const ParameterSet& p) const {
-    constexpr double lowest = 0.05, steepness = 0.02;
-    const double particle = (p.friction_particle_particle - b_particle) / s_particle;
-    const double wall = (p.friction_particle_wall - b_wall) / s_wall;
-    const double sum =
-        (p.friction_particle_particle + p.friction_particle_wall - b_particle - b_wall) / s_wall;
-    return lowest + 0.5 * steepness * (of_the_sum ? sum * sum : particle * particle + wall * wall);
+  std::vector<double> residuals(const ParameterSet& p) const {
+    const double particle = p.friction_particle_particle - b_particle;
+    const double wall = p.friction_particle_wall - b_wall;
+    if (of_the_sum) return {(particle + wall) / s_wall};
+    return {particle / s_particle, wall / s_wall};
   }
+  static double of(std::span<const double> residuals) {
+    constexpr double lowest = 0.05, steepness = 0.02;
+    double squares = 0.0;
+    for (const double z : residuals) squares += z * z;
+    return lowest + 0.5 * steepness * squares;
+  }
+  double operator()(const ParameterSet& p) const { return of(residuals(p)); }
 };
 
 // A run is one pose that holds its parameters.
@@ -51,7 +56,10 @@ class ParabolaComparison final : public Comparison {
   double objective(std::span<const SimulatedRun> runs) const override {
     return parabola_(parameters_of(runs));
   }
-  std::vector<double> residuals(std::span<const SimulatedRun>) const override { return {}; }
+  std::vector<double> residuals(std::span<const SimulatedRun> runs) const override {
+    return parabola_.residuals(parameters_of(runs));
+  }
+  double loss(std::span<const double> residuals) const override { return Parabola::of(residuals); }
   double noise(std::span<const SimulatedRun>) const override { return 1e-5; }
   RunScore score_run(const SimulatedRun& run, std::size_t) const override {
     return {objective({&run, 1}), std::nan("")};
@@ -264,7 +272,7 @@ TEST(PriorOfASearch, IsTheSameFromTheJournal) {
   const Outcome again = search(with_wall_prior(0.34, 0.02), {}, journal);
   EXPECT_GT(first.simulated, 0);
   EXPECT_EQ(again.simulated, 0);
-  EXPECT_LE(first.result.evaluations.size(), 104U);
+  EXPECT_LE(first.result.evaluations.size(), 120U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(again.result.calibrated[i].value, first.result.calibrated[i].value);
     ASSERT_EQ(again.result.calibrated[i].interval.has_value(),

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/proposals.h"
 #include "calibrate/sensitivity.h"
 
 namespace graintruth::calibrate {
@@ -52,17 +51,6 @@ TEST(Surrogate, IsSureNearItsPointsOnly) {
   EXPECT_LT(predictions[0].standard_deviation, 0.3 * predictions[1].standard_deviation);
 }
 
-TEST(Surrogate, BelievesWhatItIsToldAndNothingElse) {
-  const Surrogate surrogate =
-      fitted({{0.1, 0.1}, {0.2, 0.1}, {0.1, 0.2}, {0.3, 0.3}, {0.2, 0.4}, {0.4, 0.1}}, 1e-3);
-  const std::vector<UnitPoint> places = {{0.8, 0.7}, {0.15, 0.15}};
-  const auto before = surrogate.predict(places);
-  const auto after = surrogate.believing(places[0]).predict(places);
-  EXPECT_NEAR(after[0].mean, before[0].mean, 1e-6);
-  EXPECT_LT(after[0].standard_deviation, 0.05 * before[0].standard_deviation);
-  EXPECT_NEAR(after[1].mean, before[1].mean, 1e-3);
-}
-
 TEST(Surrogate, AddsWhatIsKnownToTheLogarithmItPredicts) {
   const Surrogate own =
       fitted({{0.1, 0.1}, {0.2, 0.1}, {0.1, 0.2}, {0.3, 0.3}, {0.2, 0.4}, {0.4, 0.1}}, 1e-3);
@@ -73,27 +61,7 @@ TEST(Surrogate, AddsWhatIsKnownToTheLogarithmItPredicts) {
   EXPECT_NEAR(both[0].mean, std::log(std::exp(alone[0].mean) + 2.4), 1e-12);
   EXPECT_LT(both[0].standard_deviation, alone[0].standard_deviation);
   EXPECT_NEAR(both[1].mean, alone[1].mean, 1e-12);
-  // What is believed is the process's own value, not the sum
-  EXPECT_NEAR(sum.believing(places[0]).predict(places)[0].mean, both[0].mean, 1e-6);
   EXPECT_EQ(sum.roughness(), own.roughness());
-}
-
-TEST(Propose, FindsTheMinimumOfASmoothFunctionInAFewBatches) {
-  // Its lowest place in the unit square is (0, 0.4): sin 3x is 0 there and 0.14 at x = 1.
-  std::vector<UnitPoint> points = low_discrepancy_points(8, 2, 3);
-  for (std::uint64_t round = 0; round < 4; ++round) {
-    const auto lowest = std::min_element(
-        points.begin(), points.end(), [](auto& a, auto& b) { return smooth(a) < smooth(b); });
-    const auto batch = propose(fitted(points, 1e-4), {*lowest}, 3, round);
-    ASSERT_EQ(batch.size(), 3U);
-    EXPECT_NE(batch[0], batch[1]);
-    points.insert(points.end(), batch.begin(), batch.end());
-  }
-  double lowest = 1.0;
-  for (const UnitPoint& point : points) lowest = std::min(lowest, smooth(point));
-  EXPECT_LT(lowest, smooth({0.0, 0.4}) + 0.01);
-  EXPECT_EQ(propose(fitted(points, 1e-4), {points[0]}, 2, 1),
-            propose(fitted(points, 1e-4), {points[0]}, 2, 1));
 }
 
 // f = a x0 + b x1 over the unit square: S_i = T_i = a_i^2 / (a^2 + b^2), and x2 has none.
