@@ -35,7 +35,7 @@ struct End {
     return std::clamp(inside + direction * step, 0.0, 1.0);
   }
   // The end lies between the last two values; where nothing incompatible was found, the interval
-  // is open and reaches the bound. Beside a narrow prior a surrogate is too coarse to put the other
+  // is open and reaches the bound. Beside a narrow prior an emulator is too coarse to put the other
   // parameters at their very best, so that intervals would come out too narrow: the outer value.
   double end() const {
     if (!bracketed) return limit;

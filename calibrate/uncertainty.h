@@ -48,7 +48,7 @@ double largest_allowed_excess(const Comparison& comparison,
                               std::span<const Evaluation> evaluations,
                               const BootstrapOptions& options);
 
-// One value of one parameter, with the others where the surrogate puts their best.
+// One value of one parameter, with the others where the emulator puts their best.
 struct ProfilePoint {
   double value = 0.0;  // of the parameter
   double objective = 0.0;
