@@ -15,7 +15,7 @@ namespace {
 
 // Shares of the budget; the finer local search has the rest.
 constexpr double design_share = 0.2;
-constexpr double proposal_share = 0.42;  // the emulator's
+constexpr double proposal_share = 0.38;  // the emulator's
 constexpr double profile_share = 0.4;    // effects and ends of the intervals: no more than this
 constexpr double prior_share = 0.3;      // what is kept until the prior counts, where there is one
 constexpr int least_design = 8;          // evaluations
@@ -27,6 +27,7 @@ constexpr int stall_evaluations = 12;     // without gain end a local search
 constexpr int gate_places = 2;
 constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
 constexpr std::size_t choice_candidates = 3;   // of the evaluations
+constexpr double candidate_distance = 0.005;   // of a range; nearer ones would tell the same
 // The emulator's minimum, the surrogate's, and its posterior's mean
 constexpr std::size_t other_candidates = 3;
 
@@ -568,6 +569,49 @@ std::optional<double> Search::held_value(const CalibratedParameter& parameter) c
   return parameter.bench;
 }
 
+std::vector<SimulatedRun> Search::runs_without(const Evaluation& evaluation,
+                                               const std::set<std::size_t>& left_out) const {
+  const std::size_t seeds = evaluation.runs.size() / ensemble_.scenes();
+  std::vector<SimulatedRun> runs;
+  for (std::size_t run = 0; run < evaluation.runs.size(); ++run) {
+    if (!left_out.contains(run % seeds)) runs.push_back(evaluation.runs[run]);
+  }
+  return runs;
+}
+
+Search::TypicalObjective Search::typical_objective(const Evaluation& evaluation) const {
+  const std::size_t seeds = evaluation.runs.size() / ensemble_.scenes();
+  TypicalObjective typical{evaluation.objective, {}};
+  if (seeds < 3) return typical;
+  typical.value = std::numeric_limits<double>::infinity();
+  for (std::size_t seed = 0; seed < seeds; ++seed) {
+    const double objective = ensemble_.comparison().objective(runs_without(evaluation, {seed}));
+    if (objective < typical.value) typical = {objective, {seed}};
+  }
+  return typical;
+}
+
+// The jackknife pairs what both have in common: they share their seeds.
+bool Search::is_as_good(const Evaluation& evaluation, const Evaluation& reference) const {
+  std::set<std::size_t> left_out = typical_objective(evaluation).left_out;
+  left_out.merge(typical_objective(reference).left_out);
+  const auto worse_without = [&](const std::set<std::size_t>& without) {
+    return ensemble_.comparison().objective(runs_without(evaluation, without)) -
+           ensemble_.comparison().objective(runs_without(reference, without));
+  };
+  std::vector<double> jackknife;
+  const std::size_t seeds = evaluation.runs.size() / ensemble_.scenes();
+  for (std::size_t seed = 0; seed < seeds; ++seed) {
+    if (left_out.contains(seed)) continue;
+    std::set<std::size_t> without = left_out;
+    without.insert(seed);
+    if (without.size() < seeds) jackknife.push_back(worse_without(without));
+  }
+  const double penalty =
+      prior_.penalty(evaluation.parameters) - prior_.penalty(reference.parameters);
+  return worse_without(left_out) + penalty <= jackknife_error(jackknife);
+}
+
 // 10. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
 // between the few best, and twice as many between the two that are left. Parameters that are not
 // identified stay at their bench values where that costs no more than seeds explain. The caller
@@ -583,17 +627,22 @@ void Search::choose() {
     std::vector<Evaluation> evaluations =
         ensemble_.evaluate("confirmation", points, with, reporter());
     count(evaluations);
-    std::stable_sort(evaluations.begin(), evaluations.end(), [&](const auto& a, const auto& b) {
-      return prior_.total(a) < prior_.total(b);
-    });
-    return evaluations;
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < evaluations.size(); ++i) {
+      order.emplace_back(
+          typical_objective(evaluations[i]).value + prior_.penalty(evaluations[i].parameters), i);
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<Evaluation> sorted;
+    for (const auto& [total, i] : order) sorted.push_back(std::move(evaluations[i]));
+    return sorted;
   };
 
   // 1. The best evaluations, the emulator's and the surrogate's minima, and the middle of what is
   // plausible: where
   // the landscape is rough the lowest place is a lucky one
   std::vector<EvaluationPoint> candidates;
-  for (const UnitPoint& place : lowest_places(choice_candidates, 0.0))
+  for (const UnitPoint& place : lowest_places(choice_candidates, candidate_distance))
     candidates.push_back({space_.from_unit(place), fraction});
   const Emulator& emulator = learn_emulator();
   if (emulator.knows_anything()) {
@@ -608,7 +657,8 @@ void Search::choose() {
   const Evaluation& winner = last.front();
   result_.parameters = winner.parameters;
 
-  // 2. What is not identified at its bench value, the others at their best for it
+  // 2. What is not identified at its bench value, the others at their best for it, by the rule of
+  // one standard error (Breiman et al. 1984, section 3.4.3)
   std::vector<HeldCoordinate> held;
   for (std::size_t d = 0; d < space_.dimension(); ++d) {
     const std::string& name = space_.tuned()[d].name;
@@ -627,11 +677,7 @@ void Search::choose() {
           : minimum_of(landscape_of(*surrogate_), space_.dimension(), held);
   const std::vector<Evaluation> at_bench = compare(
       {{space_.from_unit(as_found), fraction}, {space_.from_unit(optimised), fraction}}, seeds);
-  const double noise = std::hypot(ensemble_.comparison().noise(winner.runs),
-                                  ensemble_.comparison().noise(at_bench.front().runs));
-  constexpr double confidence_95 = 1.96;
-  if (prior_.total(at_bench.front()) <= prior_.total(winner) + confidence_95 * noise)
-    result_.parameters = at_bench.front().parameters;
+  if (is_as_good(at_bench.front(), winner)) result_.parameters = at_bench.front().parameters;
 }
 
 // 11. Values, intervals and what must be said of them.

@@ -73,7 +73,7 @@ double largest_allowed_excess(std::span<const Profile> profiles);
 struct ProfileOptions {
   BootstrapOptions bootstrap;
   Prior prior = {};                   // without one, or not weighed: of the data alone
-  int rounds = 5;                     // of one evaluation on either side of every parameter
+  int rounds = 6;                     // of one evaluation on either side of every parameter
   std::vector<std::string> left_out;  // parameters that need no interval
   int max_evaluations = std::numeric_limits<int>::max();
   double first_step = 0.04;  // of the range; doubled while the value is compatible
