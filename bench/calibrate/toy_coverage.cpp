@@ -1,5 +1,5 @@
 // How often 95 % intervals hold the truth on a model whose every result is known in closed form.
-//   bench_calibration_coverage [REPEATS]
+//   bench_calibration_coverage [FIGURES.csv] [REPEATS]
 #include <fmt/format.h>
 
 #include <boost/random/mersenne_twister.hpp>
@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "calibrate/calibration.h"
+#include "datasets/table.h"
 #include "tests/calibrate/toy_experiment.h"
 
 using namespace graintruth;
@@ -24,7 +25,8 @@ struct Count {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int repeats = argc > 1 ? std::stoi(argv[1]) : 1000;
+  const std::filesystem::path figures = argc > 1 ? argv[1] : "calibration_coverage.csv";
+  const int repeats = argc > 2 ? std::stoi(argv[2]) : 1000;
   const int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   std::map<std::string, Count> counts;
   std::mutex mutex;
@@ -55,7 +57,12 @@ int main(int argc, char** argv) {
       count.widths.push_back(parameter.interval->upper - parameter.interval->lower);
     }
   });
+  datasets::Table table({"parameter", "intervals", "hold_the_truth", "median_width"});
   for (const auto& [name, count] : counts) {
+    table.add({name,
+               std::to_string(count.asked),
+               std::to_string(count.held),
+               datasets::number_text(median(count.widths))});
     fmt::print("{:28} {} of {} intervals hold the truth ({:.1f} %); median width {:.4f}\n",
                name,
                count.held,
@@ -63,5 +70,6 @@ int main(int argc, char** argv) {
                100.0 * count.held / count.asked,
                median(count.widths));
   }
+  datasets::write_csv(figures, table);
   return 0;
 }
