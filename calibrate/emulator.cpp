@@ -78,14 +78,15 @@ Emulator::Emulator(const Comparison& comparison,
   }
   learn_correlation(outputs, before ? before->correlation_place_ : UnitPoint{});
   believed_ = points_;
-  believed_inverse_ = inverse_ = invert(correlation_, points_);
+  const Eigen::MatrixXd inverse = invert(correlation_, points_);
+  believed_inverse_ = inverse;
   // mu = (1' K^-1 Y) / (1' K^-1 1),  y(x) = mu + c(x) K^-1 (Y - mu)   (Conti and O'Hagan, eq 4)
-  mean_ = inverse_.colwise().sum() * outputs / inverse_.sum();
-  residuals_ = outputs.rowwise() - mean_;
-  gains_ = inverse_ * residuals_;
+  mean_ = inverse.colwise().sum() * outputs / inverse.sum();
+  const Eigen::MatrixXd about_mean = outputs.rowwise() - mean_;
+  gains_ = inverse * about_mean;
   // Sigma = (Y - mu)' K^-1 (Y - mu) / n = W' W / n with W = L^-1 (Y - mu), K = L L': a draw of
   // N(0, Sigma) is a sum of W's rows with standard normal weights / sqrt(n)
-  directions_ = inverse_.llt().matrixU() * residuals_ / std::sqrt(static_cast<double>(n));
+  directions_ = inverse.llt().matrixU() * about_mean / std::sqrt(static_cast<double>(n));
 }
 
 Eigen::MatrixXd Emulator::correlate(const Correlation& correlation,

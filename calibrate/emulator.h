@@ -32,7 +32,7 @@ class Emulator {
            const Emulator* before = nullptr);
 
   // Whether there is enough to learn from.
-  bool knows_anything() const { return residuals_.rows() > 1; }
+  bool knows_anything() const { return points_.size() > 1; }
 
   // Objectives of the predicted residuals.
   std::vector<double> objectives(std::span<const UnitPoint> places) const;
@@ -73,13 +73,11 @@ class Emulator {
   UnitPoint correlation_place_;  // in the cube in which it was sought
   std::vector<UnitPoint> points_;
   std::vector<UnitPoint> failures_;
-  std::vector<UnitPoint> believed_;  // of points_, and what is believed
-  Eigen::MatrixXd inverse_;          // of the correlations of points_
-  Eigen::MatrixXd believed_inverse_;
-  Eigen::RowVectorXd mean_;     // of every output, by generalised least squares
-  Eigen::MatrixXd residuals_;   // of the outputs about it: one row a point
-  Eigen::MatrixXd gains_;       // inverse_ residuals_
-  Eigen::MatrixXd directions_;  // rows in which the outputs deviate together
+  std::vector<UnitPoint> believed_;   // of points_, and what is believed
+  Eigen::MatrixXd believed_inverse_;  // of the correlations of believed_
+  Eigen::RowVectorXd mean_;           // of every output, by generalised least squares
+  Eigen::MatrixXd gains_;             // K^-1 of the outputs about it: one row a point
+  Eigen::MatrixXd directions_;        // rows in which the outputs deviate together
   double leave_one_out_error_ = 0.0;
   double value_spread_ = 0.0;
 };

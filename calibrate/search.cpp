@@ -116,7 +116,7 @@ void Search::run() {
     if (is_joint) {
       polish_with_time_step();
     } else {
-      polish(polish_step, kept_for_intervals());
+      polish(kept_for_intervals());
     }
   });
   timed("effects", [&] { find_effects(); });
@@ -363,9 +363,8 @@ OptimiserOptions Search::local_search(double step, int budget) const {
 }
 
 // 5. A local search from the best place: an emulator blurs what is finer than the spacing of its
-// points. `kept` evaluations
-// are left to others; what the intervals do not need goes into a last one.
-void Search::polish(double step, int kept) {
+// points. `kept` evaluations are left to others.
+void Search::polish(int kept) {
   if (space_.dimension() == 0) {
     result_.stop_reason = "nothing to tune";
     return;
@@ -380,7 +379,7 @@ void Search::polish(double step, int kept) {
     return prior_.total(search("polish", {space_.from_unit(point)}).front());
   };
   result_.stop_reason =
-      minimise(objective, space_.to_unit(best().parameters), local_search(step, budget))
+      minimise(objective, space_.to_unit(best().parameters), local_search(polish_step, budget))
           .stop_reason;
 }
 
@@ -523,7 +522,7 @@ void Search::bring_in_prior() {
     if (is_in_conflict(parameter)) warn_early(words_on_conflict(parameter));
   }
   follow_emulator(share, 0);
-  polish(polish_step, std::max(0, budget_left() - share_of_budget(share)));
+  polish(std::max(0, budget_left() - share_of_budget(share)));
   result_.profiles = find_profiles();
 }
 

@@ -148,7 +148,7 @@ class Search {
   void check_reach();
   void warn_early(const std::string& sentence);
   OptimiserOptions local_search(double step, int budget) const;
-  void polish(double step, int kept);
+  void polish(int kept);
   void polish_with_time_step();
   // Of the evaluations so far, the lowest first; each farther than `distance` from those before it.
   std::vector<UnitPoint> lowest_places(std::size_t count, double distance) const;
