@@ -121,4 +121,31 @@ Posterior draw_posterior(const Surrogate& surrogate,
   return posterior;
 }
 
+PosteriorMarginal marginal_of(const Posterior& posterior,
+                              const ParameterSpace& space,
+                              std::size_t dimension) {
+  PosteriorMarginal marginal{.name = space.tuned()[dimension].name};
+  std::vector<double> values;
+  for (const UnitPoint& draw : posterior.draws)
+    values.push_back(value_of(space.from_unit(draw), marginal.name));
+  std::sort(values.begin(), values.end());
+  const auto n = static_cast<double>(values.size());
+  double squares = 0.0;
+  for (const double value : values) marginal.mean += value / n;
+  for (const double value : values) squares += (value - marginal.mean) * (value - marginal.mean);
+  marginal.standard_deviation = std::sqrt(squares / (n - 1.0));
+  const std::size_t tail = values.size() / 40;
+  marginal.credible = {values[tail], values[values.size() - 1 - tail]};
+  return marginal;
+}
+
+UnitPoint mean_of(const Posterior& posterior) {
+  UnitPoint mean(posterior.draws.front().size(), 0.0);
+  for (const UnitPoint& draw : posterior.draws) {
+    for (std::size_t d = 0; d < mean.size(); ++d)
+      mean[d] += draw[d] / static_cast<double>(posterior.draws.size());
+  }
+  return mean;
+}
+
 }  // namespace graintruth::calibrate

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "calibrate/surrogate.h"
+#include "calibrate/uncertainty.h"
 
 namespace graintruth::calibrate {
 
@@ -25,6 +27,21 @@ Posterior draw_posterior(const Surrogate& surrogate,
                          const UnitPoint& start,
                          double allowed,
                          std::uint64_t seed);
+
+// One parameter over the posterior's draws.
+struct PosteriorMarginal {
+  std::string name;
+  double mean = 0.0;
+  double standard_deviation = 0.0;
+  Interval credible;  // 95 %, equal tails
+};
+
+PosteriorMarginal marginal_of(const Posterior& posterior,
+                              const ParameterSpace& space,
+                              std::size_t dimension);
+
+// The mean of all draws.
+UnitPoint mean_of(const Posterior& posterior);
 
 // n / (1 + 2 sum of autocorrelations), summed in pairs as long as they are positive (Geyer 1992).
 double effective_sample_size(const std::vector<double>& chain);

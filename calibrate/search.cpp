@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/choice.h"
 #include "calibrate/proposals.h"
 #include "calibrate/reach.h"
 #include "calibrate/sensitivity.h"
@@ -30,33 +31,6 @@ constexpr std::size_t choice_candidates = 3;   // of the evaluations
 constexpr double candidate_distance = 0.005;   // of a range; nearer ones would tell the same
 // The emulator's minimum, the surrogate's, and its posterior's mean
 constexpr std::size_t other_candidates = 3;
-
-PosteriorMarginal marginal(const ParameterSpace& space,
-                           const Posterior& posterior,
-                           std::size_t dimension) {
-  PosteriorMarginal one{.name = space.tuned()[dimension].name};
-  std::vector<double> values;
-  for (const UnitPoint& draw : posterior.draws)
-    values.push_back(value_of(space.from_unit(draw), one.name));
-  std::sort(values.begin(), values.end());
-  const auto n = static_cast<double>(values.size());
-  for (const double value : values) one.mean += value / n;
-  for (const double value : values)
-    one.standard_deviation += (value - one.mean) * (value - one.mean) / (n - 1.0);
-  one.standard_deviation = std::sqrt(one.standard_deviation);
-  const std::size_t tail = values.size() / 40;
-  one.credible = {values[tail], values[values.size() - 1 - tail]};
-  return one;
-}
-
-UnitPoint mean_of(const std::vector<UnitPoint>& points) {
-  UnitPoint mean(points.front().size(), 0.0);
-  for (const UnitPoint& point : points) {
-    for (std::size_t d = 0; d < mean.size(); ++d)
-      mean[d] += point[d] / static_cast<double>(points.size());
-  }
-  return mean;
-}
 
 // Largest difference of any coordinate.
 double distance_between(const UnitPoint& a, const UnitPoint& b) {
@@ -550,8 +524,8 @@ void Search::learn_landscape() {
   if (!(allowed > 0.0)) return;
   const Posterior posterior = draw(*surrogate_, surrogate_minimum_);
   for (std::size_t d = 0; d < dimension; ++d)
-    result_.posterior.push_back(marginal(space_, posterior, d));
-  posterior_mean_ = mean_of(posterior.draws);
+    result_.posterior.push_back(marginal_of(posterior, space_, d));
+  posterior_mean_ = mean_of(posterior);
   result_.posterior_effective_size = posterior.effective_size;
   if (!prior_.is_weighed()) result_.trade_offs = find_trade_offs(space_, posterior);
 }
@@ -568,49 +542,6 @@ std::optional<double> Search::held_value(const CalibratedParameter& parameter) c
   return parameter.bench;
 }
 
-std::vector<SimulatedRun> Search::runs_without(const Evaluation& evaluation,
-                                               const std::set<std::size_t>& left_out) const {
-  const std::size_t seeds = evaluation.runs.size() / ensemble_.scenes();
-  std::vector<SimulatedRun> runs;
-  for (std::size_t run = 0; run < evaluation.runs.size(); ++run) {
-    if (!left_out.contains(run % seeds)) runs.push_back(evaluation.runs[run]);
-  }
-  return runs;
-}
-
-Search::TypicalObjective Search::typical_objective(const Evaluation& evaluation) const {
-  const std::size_t seeds = evaluation.runs.size() / ensemble_.scenes();
-  TypicalObjective typical{evaluation.objective, {}};
-  if (seeds < 3) return typical;
-  typical.value = std::numeric_limits<double>::infinity();
-  for (std::size_t seed = 0; seed < seeds; ++seed) {
-    const double objective = ensemble_.comparison().objective(runs_without(evaluation, {seed}));
-    if (objective < typical.value) typical = {objective, {seed}};
-  }
-  return typical;
-}
-
-// The jackknife pairs what both have in common: they share their seeds.
-bool Search::is_as_good(const Evaluation& evaluation, const Evaluation& reference) const {
-  std::set<std::size_t> left_out = typical_objective(evaluation).left_out;
-  left_out.merge(typical_objective(reference).left_out);
-  const auto worse_without = [&](const std::set<std::size_t>& without) {
-    return ensemble_.comparison().objective(runs_without(evaluation, without)) -
-           ensemble_.comparison().objective(runs_without(reference, without));
-  };
-  std::vector<double> jackknife;
-  const std::size_t seeds = evaluation.runs.size() / ensemble_.scenes();
-  for (std::size_t seed = 0; seed < seeds; ++seed) {
-    if (left_out.contains(seed)) continue;
-    std::set<std::size_t> without = left_out;
-    without.insert(seed);
-    if (without.size() < seeds) jackknife.push_back(worse_without(without));
-  }
-  const double penalty =
-      prior_.penalty(evaluation.parameters) - prior_.penalty(reference.parameters);
-  return worse_without(left_out) + penalty <= jackknife_error(jackknife);
-}
-
 // 10. The lowest evaluation may be lucky, the surrogate's minimum may be wrong: fresh seeds decide
 // between the few best, and twice as many between the two that are left. Parameters that are not
 // identified stay at their bench values where that costs no more than seeds explain. The caller
@@ -621,25 +552,18 @@ void Search::choose() {
   const auto fraction = result_.time_step.fraction;
   const auto seeds = make_seeds(options_.seed, "choice", 2 * options_.confirmation_seeds);
   const auto half = std::span(seeds).first(seeds.size() / 2);
+  const Choice choice(ensemble_.comparison(), prior_, ensemble_.scenes());
   const auto compare = [&](const std::vector<EvaluationPoint>& points,
                            std::span<const std::uint64_t> with) {
     std::vector<Evaluation> evaluations =
         ensemble_.evaluate("confirmation", points, with, reporter());
     count(evaluations);
-    std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < evaluations.size(); ++i) {
-      order.emplace_back(
-          typical_objective(evaluations[i]).value + prior_.penalty(evaluations[i].parameters), i);
-    }
-    std::sort(order.begin(), order.end());
-    std::vector<Evaluation> sorted;
-    for (const auto& [total, i] : order) sorted.push_back(std::move(evaluations[i]));
-    return sorted;
+    choice.sort(evaluations);
+    return evaluations;
   };
 
   // 1. The best evaluations, the emulator's and the surrogate's minima, and the middle of what is
-  // plausible: where
-  // the landscape is rough the lowest place is a lucky one
+  // plausible: where the landscape is rough the lowest place is a lucky one
   std::vector<EvaluationPoint> candidates;
   for (const UnitPoint& place : lowest_places(choice_candidates, candidate_distance))
     candidates.push_back({space_.from_unit(place), fraction});
@@ -656,8 +580,7 @@ void Search::choose() {
   const Evaluation& winner = last.front();
   result_.parameters = winner.parameters;
 
-  // 2. What is not identified at its bench value, the others at their best for it, by the rule of
-  // one standard error (Breiman et al. 1984, section 3.4.3)
+  // 2. What is not identified at its bench value, the others at their best for it
   std::vector<HeldCoordinate> held;
   for (std::size_t d = 0; d < space_.dimension(); ++d) {
     const std::string& name = space_.tuned()[d].name;
@@ -676,7 +599,7 @@ void Search::choose() {
           : minimum_of(landscape_of(*surrogate_), space_.dimension(), held);
   const std::vector<Evaluation> at_bench = compare(
       {{space_.from_unit(as_found), fraction}, {space_.from_unit(optimised), fraction}}, seeds);
-  if (is_as_good(at_bench.front(), winner)) result_.parameters = at_bench.front().parameters;
+  if (choice.is_as_good(at_bench.front(), winner)) result_.parameters = at_bench.front().parameters;
 }
 
 // 11. Values, intervals and what must be said of them.

@@ -6,7 +6,6 @@
 #include <functional>
 #include <limits>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "calibrate/ensemble.h"
 #include "calibrate/identifiability.h"
 #include "calibrate/optimiser.h"
+#include "calibrate/posterior.h"
 #include "calibrate/self_test.h"
 #include "calibrate/time_step_gate.h"
 
@@ -56,14 +56,6 @@ struct SurrogateQuality {
   double leave_one_out_error = 0.0;  // root mean square, of evaluations that it was not shown
   double value_spread = 0.0;         // standard deviation of all evaluations
   double roughness = 0.0;            // see Surrogate::roughness
-};
-
-// One parameter over the posterior's draws.
-struct PosteriorMarginal {
-  std::string name;
-  double mean = 0.0;
-  double standard_deviation = 0.0;
-  Interval credible;  // 95 %, equal tails
 };
 
 struct SearchResult {
@@ -158,19 +150,6 @@ class Search {
   double allowed_by_data() const;
   void bring_in_prior();
   void learn_landscape();
-  // The objective without the one seed, of all scenes, without which it is lowest. A rare jam,
-  // which a handful of replicates is likely to miss, rules the mean of ten runs, and would choose
-  // among candidates by whether it fell on them.
-  struct TypicalObjective {
-    double value = 0.0;
-    std::set<std::size_t> left_out;  // seeds
-  };
-  TypicalObjective typical_objective(const Evaluation& evaluation) const;
-  std::vector<SimulatedRun> runs_without(const Evaluation& evaluation,
-                                         const std::set<std::size_t>& left_out) const;
-  // Whether an evaluation is worse than the reference, of the same seeds, by no more than one
-  // standard error of the difference.
-  bool is_as_good(const Evaluation& evaluation, const Evaluation& reference) const;
   void choose();
   const Profile* profile_of(const CalibratedParameter& parameter) const;
   std::optional<double> held_value(const CalibratedParameter& parameter) const;
