@@ -225,6 +225,19 @@ std::vector<std::vector<double>> Emulator::draw_objectives(std::span<const UnitP
   return drawn;
 }
 
+int Emulator::evaluations_near(const UnitPoint& place, double distance) const {
+  const double shortest_length =
+      *std::min_element(correlation_.lengths.begin(), correlation_.lengths.end());
+  const auto is_near = [&](const UnitPoint& point) {
+    for (std::size_t d = 0; d < place.size(); ++d) {
+      if (std::abs(point[d] - place[d]) > distance * correlation_.lengths[d] / shortest_length)
+        return false;
+    }
+    return true;
+  };
+  return static_cast<int>(std::count_if(points_.begin(), points_.end(), is_near));
+}
+
 Emulator Emulator::believing(const UnitPoint& place) const {
   Emulator emulator(*this);
   emulator.believed_.push_back(place);

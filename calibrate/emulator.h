@@ -46,6 +46,10 @@ class Emulator {
   // what is uncertain nearby ("Kriging believer", Ginsbourger et al. 2010).
   Emulator believing(const UnitPoint& place) const;
 
+  // How many of its evaluations lie nearer to `place` than `distance` of the range along which the
+  // outputs change fastest, and as much farther along the others as these are longer.
+  int evaluations_near(const UnitPoint& place, double distance) const;
+
   // Root mean square of the leave-one-out errors, and of the deviations from the mean: how much of
   // the outputs' variation is explained.
   double leave_one_out_error() const { return leave_one_out_error_; }

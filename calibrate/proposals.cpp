@@ -14,7 +14,9 @@ namespace {
 constexpr int everywhere = 512;                                // candidates over the whole cube
 constexpr std::array<double, 3> scales = {0.15, 0.05, 0.015};  // of each range, around a centre
 constexpr int at_each_scale = 96;
-constexpr std::size_t closer_look = 160;  // of the candidates, those of lowest prediction
+constexpr std::size_t closer_look = 160;  // of the candidates
+constexpr double apart = 0.05;            // of a range; half of them are as far from one another
+constexpr double crowd_reach = 0.03;      // of the range along which most changes
 constexpr int draws = 12;
 
 std::vector<UnitPoint> candidates_around(const std::vector<UnitPoint>& centres,
@@ -39,7 +41,9 @@ double total_at(const Aim& aim, const UnitPoint& place, double objective) {
   return objective + (aim.known ? aim.known(place) : 0.0);
 }
 
-// The candidates of lowest predicted total, and these totals.
+// The candidates of lowest predicted total, and these totals: half of them the lowest of all, half
+// the lowest that are apart from each other, because a valley that has been seen is full of low
+// predictions.
 std::vector<double> keep_lowest(const Emulator& emulator,
                                 const Aim& aim,
                                 std::vector<UnitPoint>& candidates) {
@@ -50,12 +54,23 @@ std::vector<double> keep_lowest(const Emulator& emulator,
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(
       order.begin(), order.end(), [&](auto a, auto b) { return totals[a] < totals[b]; });
-  order.resize(std::min(order.size(), closer_look));
   std::vector<UnitPoint> places;
   std::vector<double> kept;
-  for (const std::size_t i : order) {
-    places.push_back(std::move(candidates[i]));
+  std::erase_if(order, [&](std::size_t i) {
+    return emulator.evaluations_near(candidates[i], crowd_reach) >= aim.crowd;
+  });
+  const auto keep = [&](std::size_t i) {
+    places.push_back(candidates[i]);
     kept.push_back(totals[i]);
+  };
+  const std::size_t lowest = std::min(order.size(), closer_look / 2);
+  for (std::size_t rank = 0; rank < lowest; ++rank) keep(order[rank]);
+  for (std::size_t rank = lowest; rank < order.size() && places.size() < closer_look; ++rank) {
+    const UnitPoint& candidate = candidates[order[rank]];
+    const bool is_apart = std::none_of(places.begin(), places.end(), [&](const UnitPoint& other) {
+      return chebyshev_distance(candidate, other) < apart;
+    });
+    if (is_apart) keep(order[rank]);
   }
   candidates = std::move(places);
   return kept;

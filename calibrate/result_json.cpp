@@ -135,6 +135,10 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
                          {"value_spread", quality->value_spread},
                          {"roughness", quality->roughness}};
   }
+  if (const auto& quality = result.emulator) {
+    json["emulator"] = {{"leave_one_out_error", quality->leave_one_out_error},
+                        {"value_spread", quality->value_spread}};
+  }
   json["posterior"] = {{"effective_size", result.posterior_effective_size}};
   for (const PosteriorMarginal& one : result.posterior) {
     json["posterior"][one.name] = {{"mean", one.mean},

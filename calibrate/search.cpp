@@ -22,6 +22,7 @@ constexpr double prior_share = 0.3;      // what is kept until the prior counts,
 constexpr int least_design = 8;          // evaluations
 constexpr int proposed_at_once = 2;
 constexpr std::size_t proposal_centres = 3;
+constexpr int proposal_crowd = 8;         // evaluations, see Aim
 constexpr double centre_distance = 0.02;  // of a range; nearer places are one centre
 constexpr double polish_step = 0.03;      // of each range; first step of the local search
 constexpr int stall_evaluations = 12;     // without gain end a local search
@@ -31,13 +32,6 @@ constexpr std::size_t choice_candidates = 3;   // of the evaluations
 constexpr double candidate_distance = 0.005;   // of a range; nearer ones would tell the same
 // The emulator's minimum, the surrogate's, and its posterior's mean
 constexpr std::size_t other_candidates = 3;
-
-// Largest difference of any coordinate.
-double distance_between(const UnitPoint& a, const UnitPoint& b) {
-  double distance = 0.0;
-  for (std::size_t d = 0; d < a.size(); ++d) distance = std::max(distance, std::abs(a[d] - b[d]));
-  return distance;
-}
 
 }  // namespace
 
@@ -84,7 +78,8 @@ void Search::run() {
   const bool is_joint = experiment_.time_step_rule == datasets::TimeStepRule::joint;
   timed("proposals", [&] {
     // The local search along one more axis, the time step's, needs its own share
-    follow_emulator(is_joint ? 0.5 * proposal_share : proposal_share, kept_for_intervals());
+    follow_emulator(
+        is_joint ? 0.5 * proposal_share : proposal_share, kept_for_intervals(), proposal_crowd);
   });
   timed("polish", [&] {
     if (is_joint) {
@@ -262,8 +257,9 @@ void Search::warn_early(const std::string& sentence) {
 }
 
 // 4. What an emulator of all evaluations so far proposes, batch after batch: between neighbouring
-// valleys, of which only one is right, it goes where most may be gained.
-void Search::follow_emulator(double share, int kept) {
+// valleys, of which only one is right, it goes where most may be gained; with a `crowd`, into none
+// of them for ever.
+void Search::follow_emulator(double share, int kept, int crowd) {
   if (space_.dimension() == 0) return;
   const int last = static_cast<int>(result_.evaluations.size()) + share_of_budget(share);
   for (std::uint64_t round = 0; static_cast<int>(result_.evaluations.size()) < last; ++round) {
@@ -273,9 +269,10 @@ void Search::follow_emulator(double share, int kept) {
     if (count < 1) return;
     const Emulator& emulator = learn_emulator();
     if (!emulator.knows_anything()) return;
-    const Aim aim{prior_.total(best()),
+    const Aim aim{lowest_predicted(),
                   noise_of_lowest(ensemble_.comparison(), result_.evaluations),
-                  [&](const UnitPoint& place) { return prior_.penalty(space_.from_unit(place)); }};
+                  [&](const UnitPoint& place) { return prior_.penalty(space_.from_unit(place)); },
+                  crowd};
     std::vector<ParameterSet> places;
     for (const UnitPoint& place : propose(emulator,
                                           aim,
@@ -283,8 +280,20 @@ void Search::follow_emulator(double share, int kept) {
                                           count,
                                           options_.seed + round))
       places.push_back(space_.from_unit(place));
+    if (places.empty()) return;
     search("proposals", places);
   }
+}
+
+// Of all places evaluated so far. The lowest evaluation is lucky, and the numbers that the emulator
+// predicts have less of the seeds' noise in them, so that their loss is lower: against what was
+// simulated every place of a well-known valley promises to be better.
+double Search::lowest_predicted() const {
+  std::vector<UnitPoint> places;
+  for (const Evaluation& evaluation : result_.evaluations)
+    places.push_back(space_.to_unit(evaluation.parameters));
+  const std::vector<double> totals = landscape_of(*emulator_, space_, prior_)(places);
+  return *std::min_element(totals.begin(), totals.end());
 }
 
 // Of all evaluations so far.
@@ -305,8 +314,8 @@ std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const 
       double nearest = 1.0;
       for (const Evaluation& other : chosen) {
         nearest = std::min(nearest,
-                           distance_between(space_.to_unit(candidate.parameters),
-                                            space_.to_unit(other.parameters)));
+                           chebyshev_distance(space_.to_unit(candidate.parameters),
+                                              space_.to_unit(other.parameters)));
       }
       if (nearest <= distance) continue;
       distance = nearest;
@@ -402,7 +411,7 @@ std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance)
   for (const Evaluation* evaluation : by_objective(result_.evaluations, prior_)) {
     UnitPoint point = space_.to_unit(evaluation->parameters);
     const bool is_new = std::all_of(places.begin(), places.end(), [&](const UnitPoint& other) {
-      return distance_between(point, other) > distance;
+      return chebyshev_distance(point, other) > distance;
     });
     if (is_new) places.push_back(std::move(point));
     if (places.size() == count) break;
@@ -569,6 +578,7 @@ void Search::choose() {
     candidates.push_back({space_.from_unit(place), fraction});
   const Emulator& emulator = learn_emulator();
   if (emulator.knows_anything()) {
+    result_.emulator = {emulator.leave_one_out_error(), emulator.value_spread()};
     const UnitPoint lowest = minimum_of(landscape_of(emulator, space_, prior_), space_.dimension());
     candidates.push_back({space_.from_unit(lowest), fraction});
   }

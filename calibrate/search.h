@@ -58,6 +58,12 @@ struct SurrogateQuality {
   double roughness = 0.0;            // see Surrogate::roughness
 };
 
+// How well the emulator knows the compared numbers, in the form in which they enter it.
+struct EmulatorQuality {
+  double leave_one_out_error = 0.0;  // root mean square
+  double value_spread = 0.0;         // standard deviation of all, each about its own mean
+};
+
 struct SearchResult {
   ParameterSet parameters;
   std::vector<CalibratedParameter> calibrated;
@@ -77,6 +83,7 @@ struct SearchResult {
   double out_of_reach = std::numeric_limits<double>::quiet_NaN();
   std::optional<SelfTest> self_test;          // none where the design's seeds are too few
   std::optional<SurrogateQuality> surrogate;  // none where nothing was tuned
+  std::optional<EmulatorQuality> emulator;    // nor where hardly any simulation completed
   int simulations = 0;
   int failed = 0;
   int retried = 0;  // at half the time step
@@ -133,7 +140,8 @@ class Search {
   void choose_step();
   void explore();
   const Emulator& learn_emulator();
-  void follow_emulator(double share, int kept);
+  double lowest_predicted() const;
+  void follow_emulator(double share, int kept, int crowd = std::numeric_limits<int>::max());
   BootstrapOptions bootstrap() const;
   CalibratedParameter& calibrated(std::string_view name);
   void test_itself();

@@ -26,6 +26,12 @@ OT::Sample sample_of(std::span<const UnitPoint> points) {
 
 }  // namespace
 
+double chebyshev_distance(const UnitPoint& a, const UnitPoint& b) {
+  double distance = 0.0;
+  for (std::size_t d = 0; d < a.size(); ++d) distance = std::max(distance, std::abs(a[d] - b[d]));
+  return distance;
+}
+
 std::vector<UnitPoint> low_discrepancy_points(int count,
                                               std::size_t dimension,
                                               std::uint64_t seed) {

@@ -13,6 +13,9 @@ namespace graintruth::calibrate {
 
 using UnitPoint = std::vector<double>;  // a place in the unit cube
 
+// Largest difference of any coordinate.
+double chebyshev_distance(const UnitPoint& a, const UnitPoint& b);
+
 // The first `count` points of a Sobol sequence, shifted as a whole by an offset drawn from the seed
 // (Cranley and Patterson 1976), so that designs differ between seeds and stay evenly spread.
 std::vector<UnitPoint> low_discrepancy_points(int count, std::size_t dimension, std::uint64_t seed);

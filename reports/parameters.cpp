@@ -181,6 +181,18 @@ Figure interval_figure(const Json& parameters) {
           .choices = {choice}};
 }
 
+// How much of what was compared the emulator foresaw: 1 - (error/spread)^2, the predictivity Q2 of
+// Marrel et al. (2008).
+void add_emulator(const Json& result, Section& section) {
+  const double error = number(result, {"emulator", "leave_one_out_error"});
+  const double spread = number(result, {"emulator", "value_spread"});
+  if (!(spread > 0.0)) return;
+  section.add_paragraph(fmt::format(
+      "The emulator of all compared numbers, which proposed where to simulate, foresees {:.0f} % "
+      "of their variance at places that it was not shown (leave-one-out).",
+      100.0 * std::max(0.0, 1.0 - (error / spread) * (error / spread))));
+}
+
 // What the surrogate makes of the whole landscape, and how far it can be trusted.
 void add_posterior(const Json& result, Section& section) {
   const Json& posterior = at(result, {"posterior"});
@@ -208,6 +220,7 @@ void add_posterior(const Json& result, Section& section) {
       significant(number(result, {"surrogate", "leave_one_out_error"}), 2),
       significant(number(result, {"surrogate", "value_spread"}), 2),
       significant(number(result, {"surrogate", "roughness"}), 2)));
+  add_emulator(result, section);
 }
 
 // What would have been best without one replicate or one particle.

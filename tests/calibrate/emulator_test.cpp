@@ -150,6 +150,28 @@ TEST(Propose, FindsANarrowValleyInAFewBatches) {
   }
 }
 
+// A dozen evaluations in the spot where the lowest prediction lies: with a crowd of eight it is
+// left alone.
+TEST(Propose, LeavesACrowdedPlaceAlone) {
+  const UnitPoint truth = {0.5, 0.5};
+  const Waves waves(truth, 0.02);
+  std::vector<UnitPoint> places = low_discrepancy_points(12, 2, 3);
+  for (int i = 0; i < 12; ++i) places.push_back({0.5 + 0.001 * i, 0.5 - 0.001 * i});
+  const Emulator emulator(waves, evaluations_at(waves, places), square());
+  constexpr double reach = 0.03;
+  constexpr int crowd = 8;
+  EXPECT_EQ(emulator.evaluations_near(truth, 0.0), 1);
+  Aim aim{emulator.objectives({&truth, 1}).front() + 0.5, 1e-3, {}};
+  EXPECT_GE(emulator.evaluations_near(propose(emulator, aim, {truth}, 1, 1).front(), reach), crowd);
+  aim.crowd = crowd;
+  const std::vector<UnitPoint> elsewhere = propose(emulator, aim, {truth}, 4, 1);
+  EXPECT_EQ(elsewhere.size(), 4U);
+  for (const UnitPoint& place : elsewhere)
+    EXPECT_LT(emulator.evaluations_near(place, reach), crowd);
+  aim.crowd = 0;
+  EXPECT_TRUE(propose(emulator, aim, {truth}, 4, 1).empty());
+}
+
 // What is known of a place besides the data moves the proposals there.
 TEST(Propose, HeedsWhatIsKnownBesides) {
   const Waves waves({0.5, 0.5}, 0.5);

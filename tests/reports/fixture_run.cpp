@@ -124,6 +124,7 @@ Json result() {
         {"single_run_median_percent_student_t", 66.2},
         {"without_first_frame", {{"percent", 79.1}, {"percent_student_t", 90.2}}},
         {"per_particle", Json::array()}}},
+      {"emulator", {{"leave_one_out_error", 0.1}, {"value_spread", 0.5}}},
       {"surrogate", {{"leave_one_out_error", 0.31}, {"value_spread", 1.9}, {"roughness", 0.11}}},
       {"posterior",
        {{"effective_size", 312.4},

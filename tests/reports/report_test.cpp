@@ -162,7 +162,7 @@ TEST_F(Report, ShowsEveryNumberThatARunLeavesBehind) {
                              "66.2 %",      "51.3 %",
                              "7.34 mm",  // agreement
                              "of 780",      "0.2389",
-                             "0.0058",  // search
+                             "0.0058",      "foresees 96 %",  // search
                              "21.3",        "8.1",
                              "532",         "1052",  // RMS
                              "1.25 × 10⁻⁵", "0.2413",
