@@ -18,6 +18,9 @@ std::vector<BodyPose> possible_poses(const BodyShape& shape,
 // Below this support is what clutter reaches: rays meet some edge by chance.
 constexpr double clutter_support = 0.55;
 
+// Where a body is expected, this much of an outline will do; less never does.
+constexpr double hidden_support = 0.4;
+
 // Bodies fitted from these poses; those that the picture supports less than `least_support` are
 // gone.
 std::vector<BodyFit> fit_bodies(const EdgeImage& image,

@@ -1,0 +1,56 @@
+// What a film of balls shows besides the particles: its camera, noise, walls and piston, and how
+// particles look in it.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datasets/experiment.h"
+#include "tracking/event.h"
+#include "tracking/film_camera.h"
+#include "tracking/limb_model.h"
+#include "tracking/locate.h"
+#include "tracking/refine.h"
+
+namespace graintruth::tracking {
+
+struct FilmView {
+  const datasets::Experiment& experiment;
+  std::string where;  // names the film
+  BodyShape nominal;  // as the experiment states it
+  BodyShape shape;    // sizes as they look in this film; nominal until the first picture is known
+  FilmCamera camera;
+  PlaneRegion region;                 // where particles can be
+  double camera_noise = 1.0;          // grey levels, of a pixel
+  double edge_noise = 1.0;            // grey levels, of edges
+  std::optional<LimbModel> limb;      // from the first picture on
+  std::vector<datasets::Wall> walls;  // as seen: in the particle plane, and their front edges
+  std::optional<PistonWatcher> piston;
+
+  const Camera& lens() const { return camera.calibration.camera; }
+  // Walls, and the piston where it was last seen.
+  Surroundings surroundings() const;
+  std::vector<BallCandidate> candidates_in(const cv::Mat& frame, const BodyShape& sought) const;
+  // What looks like a body of this shape beside these surroundings; the distance of two candidates
+  // may be off the separation by `tolerance`, relative.
+  std::vector<BodyFit> fits_in(const cv::Mat& frame,
+                               const EdgeImage& image,
+                               const BodyShape& sought,
+                               double tolerance,
+                               const Surroundings& surroundings) const;
+  // Follows the piston, where there is one, into the next frame.
+  void watch_piston(const cv::Mat& frame);
+};
+
+// The distances of candidates where neighbours are known may be off by as much.
+constexpr double known_tolerance = 0.15;
+
+// From the first frame. Throws InputError where the camera cannot be calibrated.
+FilmView view_of(const datasets::Experiment& experiment,
+                 const cv::Mat& first_frame,
+                 const std::string& where,
+                 TrackingSummary& summary);
+
+}  // namespace graintruth::tracking

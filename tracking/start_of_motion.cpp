@@ -1,0 +1,152 @@
+#include "tracking/start_of_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "datasets/input_error.h"
+
+namespace graintruth::tracking {
+
+using datasets::InputError;
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+// When the particles that rest on the piston's face at first follow it, by their mean height.
+std::optional<Event> fit_onset_of_resting(const FilmView& view,
+                                          const std::vector<BodyTrack>& tracks) {
+  const datasets::Piston& piston = *view.experiment.rig.piston;
+  const double interval = 1.0 / view.experiment.camera.frame_rate;
+  HeightRecord resting;
+  const double reach = 0.15 * view.shape.radius[0];
+  std::vector<std::size_t> on_face;
+  for (std::size_t body = 0; body < tracks.size(); ++body) {
+    if (!tracks[body].fits[0]) continue;
+    const auto centres = ball_centres(tracks[body].fits[0]->pose, view.shape);
+    const double lowest =
+        std::min(centres[0].y() - view.shape.radius[0], centres[1].y() - view.shape.radius[1]);
+    const double middle = tracks[body].fits[0]->pose.x;
+    if (middle > piston.left_x && middle < piston.right_x && lowest < piston.face_z + reach &&
+        lowest > piston.face_z - reach)
+      on_face.push_back(body);
+  }
+  if (on_face.empty()) return std::nullopt;
+  for (std::size_t frame = 0; frame < tracks.front().fits.size(); ++frame) {
+    double sum = 0.0;
+    for (const std::size_t body : on_face) {
+      const auto& fit = tracks[body].fits[frame];
+      sum += fit ? fit->pose.z : nan;
+    }
+    resting.time.push_back(static_cast<double>(frame) * interval);
+    resting.height.push_back(sum / static_cast<double>(on_face.size()));
+  }
+  return fit_onset(resting, piston.velocity_z);
+}
+
+// The first of three frames in a row in which any particle is away from its rest by five times the
+// jitter of rest; -1 where none moves.
+int first_moved_frame(const FilmView& view, const std::vector<BodyTrack>& tracks) {
+  int earliest = -1;
+  for (const BodyTrack& track : tracks) {
+    if (track.fits.size() < 8 || !track.fits[0]) continue;
+    const BodyPose& rest = track.fits[0]->pose;
+    std::vector<double> steps;
+    for (std::size_t k = 1; k < track.fits.size(); ++k)
+      if (track.fits[k] && track.fits[k - 1])
+        steps.push_back(std::hypot(track.fits[k]->pose.x - track.fits[k - 1]->pose.x,
+                                   track.fits[k]->pose.z - track.fits[k - 1]->pose.z));
+    std::sort(steps.begin(), steps.end());
+    const double pixel = 1.0 / view.lens().scale(rest.x, rest.z);
+    const double jitter =
+        steps.empty() ? pixel
+                      : std::max(0.05 * pixel, std::min(steps[steps.size() / 10], 0.3 * pixel));
+    int run = 0;
+    for (std::size_t k = 1; k < track.fits.size(); ++k) {
+      const bool away = track.fits[k] && std::hypot(track.fits[k]->pose.x - rest.x,
+                                                    track.fits[k]->pose.z - rest.z) > 5.0 * jitter;
+      run = away ? run + 1 : 0;
+      if (run == 3) {
+        const int start = static_cast<int>(k) - 2;
+        if (earliest < 0 || start < earliest) earliest = start;
+        break;
+      }
+    }
+  }
+  return earliest;
+}
+
+}  // namespace
+
+Event find_start(const FilmView& view,
+                 const std::vector<BodyTrack>& tracks,
+                 TrackingSummary& summary) {
+  const double interval = 1.0 / view.experiment.camera.frame_rate;
+  const auto& noted = view.experiment.camera.noted_event_time;
+  std::optional<Event> event;
+  if (view.piston) {
+    const datasets::Piston& piston = *view.experiment.rig.piston;
+    event = fit_onset(view.piston->record(), piston.velocity_z);
+    // Second witness: the particles that rest on the face at first
+    const std::optional<Event> witness = fit_onset_of_resting(view, tracks);
+    if (!event && witness) {
+      event = witness;
+      event->how = "particles on the piston";
+      // Held back by its neighbours a particle sinks more slowly than the piston at first and
+      // catches up later: the line through its path meets the rest up to a frame late.
+      event->uncertainty = std::max(event->uncertainty, interval);
+      summary.warn(
+          "The piston's face could not be followed; the start of motion is that of the particles "
+          "resting on it.");
+    } else if (event && witness && std::abs(event->time - witness->time) > 2.0 * interval) {
+      summary.warn(fmt::format(
+          "The piston seems to start at {:.3f} s of film but the particles on it at {:.3f} s.",
+          event->time,
+          witness->time));
+    }
+    if (event && std::abs(event->speed / piston.velocity_z - 1.0) > 0.05) {
+      summary.warn(
+          fmt::format("The piston moves at {:.1f} mm/s on the film but the experiment says {:.1f} "
+                      "mm/s: frame rate, scale "
+                      "or speed is wrong.",
+                      1.0e3 * event->speed,
+                      1.0e3 * piston.velocity_z));
+    }
+  } else {
+    const int earliest = first_moved_frame(view, tracks);
+    if (earliest > 1) {
+      event.emplace();
+      event->time = (earliest - 0.5) * interval;
+      event->uncertainty = interval;
+      event->how = "first motion";
+    }
+  }
+  if (!event) {
+    if (!noted) {
+      throw InputError(fmt::format(
+          "{}: the start of motion cannot be found on the film (it must show at least a few "
+          "frames before it); cut the film less closely or give camera.noted_event_s",
+          view.where));
+    }
+    event.emplace();
+    event->time = *noted;
+    event->uncertainty = interval;
+    event->how = "noted by the laboratory";
+    summary.fail(fmt::format(
+        "The start of motion could not be found on the film; the noted time {:.3f} s was used.",
+        *noted));
+  } else if (noted && std::abs(event->time - *noted) > 3.0 * event->uncertainty + 0.5 * interval) {
+    summary.warn(
+        fmt::format("Motion starts at {:.3f} s of film (+- {:.3f} s, {}), but {:.3f} s was noted.",
+                    event->time,
+                    event->uncertainty,
+                    event->how,
+                    *noted));
+  }
+  return *event;
+}
+
+}  // namespace graintruth::tracking
