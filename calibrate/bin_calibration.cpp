@@ -9,7 +9,11 @@ constexpr int alternatives = 4;  // parameter sets that show what their uncertai
 }  // namespace
 
 CalibrationOptions bin_options() {
-  return {.budget = 60, .search_seeds = 1, .gate_seeds = 1, .confirmation_seeds = 3};
+  return {.budget = 60,
+          .search_seeds = 1,
+          .gate_seeds = 1,
+          .confirmation_seeds = 3,
+          .choice_candidates = 3};
 }
 
 BinCalibrationResult calibrate_bin(const BinProblem& problem,

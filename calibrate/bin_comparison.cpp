@@ -489,7 +489,14 @@ std::unique_ptr<Comparison> BinComparison::with_form(datasets::ObjectiveForm for
   return other;
 }
 
-double BinComparison::significance() const { return student_t_quantile(0.975, scatter_.freedom); }
+double BinComparison::half_width_of_difference(const Evaluation& first,
+                                               const Evaluation& second,
+                                               double roughness,
+                                               const BootstrapOptions& options) const {
+  return student_t_quantile(0.975, scatter_.freedom) *
+         std::hypot(difference_deviation(*this, first, second, options),
+                    roughness * std::hypot(first.objective, second.objective));
+}
 
 // Films and seeds are drawn as pairs and cannot be told apart: the whole deviation is allowed,
 // which is more than 95 % asks for.
@@ -497,8 +504,7 @@ double BinComparison::allowed_excess(const Evaluation& best,
                                      const Evaluation& evaluation,
                                      double roughness,
                                      const BootstrapOptions& options) const {
-  return significance() * std::hypot(difference_deviation(*this, best, evaluation, options),
-                                     roughness * std::hypot(best.objective, evaluation.objective));
+  return half_width_of_difference(best, evaluation, roughness, options);
 }
 
 }  // namespace graintruth::calibrate

@@ -72,7 +72,10 @@ class BinComparison final : public Comparison {
   // few to draw from.
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
                                                    const BootstrapOptions& options) const override;
-  double significance() const override;
+  double half_width_of_difference(const Evaluation& first,
+                                  const Evaluation& second,
+                                  double roughness,
+                                  const BootstrapOptions& options) const override;
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
                         double roughness,

@@ -55,13 +55,15 @@ class Comparison {
   // replacement: [draw][evaluation]. No new simulations are run.
   virtual std::vector<std::vector<double>> draw_objectives(
       std::span<const Evaluation> evaluations, const BootstrapOptions& options) const = 0;
-  // By how many bootstrap standard deviations two evaluations must differ to be told apart at 95 %:
-  // Student's t for the replicates there are, times sqrt(n / (n - 1)) because n replicates drawn
-  // from n vary too little (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015).
-  virtual double significance() const = 0;
+  // By how much the objectives of two evaluations of the same seeds must differ to be told apart at
+  // 95 %. `roughness` is the relative standard deviation of the objective from one parameter set to
+  // the next beyond what seeds explain.
+  virtual double half_width_of_difference(const Evaluation& first,
+                                          const Evaluation& second,
+                                          double roughness,
+                                          const BootstrapOptions& options) const = 0;
   // By how much `evaluation` may be worse than `best`, the lowest of all, before its parameters can
-  // be told from the true ones at 95 %. `roughness` is the relative standard deviation of the
-  // objective from one parameter set to the next beyond what seeds explain.
+  // be told from the true ones at 95 %.
   virtual double allowed_excess(const Evaluation& best,
                                 const Evaluation& evaluation,
                                 double roughness,

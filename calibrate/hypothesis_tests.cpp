@@ -1,9 +1,11 @@
 #include "calibrate/hypothesis_tests.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace graintruth::calibrate {
@@ -40,13 +42,32 @@ double student_t_quantile(double probability, double freedom) {
   return boost::math::quantile(boost::math::students_t(freedom), probability);
 }
 
-// nu = (v1 + v2)^2 / (v1^2 / (n1 - 1) + v2^2 / (n2 - 1)),  v = s^2 / n
+double satterthwaite_freedom(std::span<const VarianceComponent> components) {
+  double sum = 0.0, of_estimates = 0.0;
+  for (const auto& [variance, freedom] : components) {
+    sum += variance;
+    of_estimates += variance * variance / freedom;
+  }
+  return of_estimates > 0.0 ? sum * sum / of_estimates : std::numeric_limits<double>::infinity();
+}
+
+double half_width_95(std::span<const VarianceComponent> components) {
+  double sum = 0.0;
+  for (const VarianceComponent& component : components) sum += component.variance;
+  if (!(sum > 0.0)) return 0.0;
+  return student_t_quantile(0.975, satterthwaite_freedom(components)) * std::sqrt(sum);
+}
+
+// Variances of the means, s^2 / n, of n - 1 degrees of freedom
 TTest welch_test(const SampleSummary& first, const SampleSummary& second) {
-  const double one = first.standard_deviation * first.standard_deviation / first.count;
-  const double two = second.standard_deviation * second.standard_deviation / second.count;
-  const double freedom =
-      (one + two) * (one + two) / (one * one / (first.count - 1) + two * two / (second.count - 1));
-  return test_of(first.mean - second.mean, std::sqrt(one + two), freedom);
+  const auto of_mean = [](const SampleSummary& sample) {
+    return VarianceComponent{std::pow(sample.standard_deviation, 2) / sample.count,
+                             sample.count - 1.0};
+  };
+  const std::array<VarianceComponent, 2> means = {of_mean(first), of_mean(second)};
+  return test_of(first.mean - second.mean,
+                 std::sqrt(means[0].variance + means[1].variance),
+                 satterthwaite_freedom(means));
 }
 
 TTest pooled_test(const SampleSummary& first, const SampleSummary& second) {

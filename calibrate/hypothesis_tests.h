@@ -18,6 +18,21 @@ SampleSummary summarise(std::span<const double> values);
 // Quantile of Student's t with `freedom` degrees of freedom (need not be whole).
 double student_t_quantile(double probability, double freedom);
 
+// One source of an error: its variance, and of how many degrees of freedom that is an estimate
+// (infinity where it is known).
+struct VarianceComponent {
+  double variance = 0.0;
+  double freedom = 1.0;
+};
+
+// Degrees of freedom of the sum of independent errors' variances,
+//   nu = (sum v_i)^2 / sum (v_i^2 / nu_i),
+// Welch (1947) and Satterthwaite (1946); at least one variance is more than 0.
+double satterthwaite_freedom(std::span<const VarianceComponent> components);
+
+// Half width of the 95 % interval of the sum of independent errors: t(0.975; nu) sqrt(sum v_i).
+double half_width_95(std::span<const VarianceComponent> components);
+
 struct TTest {
   double difference = 0.0;      // of the means, first minus second
   double standard_error = 0.0;  // of the difference

@@ -28,17 +28,16 @@ constexpr double polish_step = 0.03;      // of each range; first step of the lo
 constexpr int stall_evaluations = 12;     // without gain end a local search
 constexpr int gate_places = 2;
 constexpr double gate_cost = 1.0 + 2.0 + 4.0;  // of the step, its half and its quarter at one place
-constexpr std::size_t choice_candidates = 3;   // of the evaluations
-constexpr double candidate_distance = 0.005;   // of a range; nearer ones would tell the same
+constexpr double candidate_distance = 0.01;    // of a range; nearer ones would tell the same
 // The emulator's minimum, the surrogate's, and its posterior's mean
-constexpr std::size_t other_candidates = 3;
+constexpr int other_candidates = 3;
 
 }  // namespace
 
 int choice_simulations(const CalibrationOptions& options) {
   // Candidates with half of the seeds, the better two with the rest; two more with all of them
   // where something is held at its bench value
-  constexpr int halves = static_cast<int>(choice_candidates + other_candidates) + 2 + 2 * 2;
+  const int halves = options.choice_candidates + other_candidates + 2 + 2 * 2;
   return halves * options.confirmation_seeds;
 }
 
@@ -431,8 +430,8 @@ void Search::find_effects() {
     bool shows = false;
     for (const Evaluation& tried : search("effects", places)) {
       const double size = std::abs(tried.objective - base.objective);
-      const double noise = ensemble_.comparison().significance() *
-                           difference_deviation(ensemble_.comparison(), base, tried, bootstrap());
+      const double noise =
+          ensemble_.comparison().half_width_of_difference(base, tried, 0.0, bootstrap());
       shows = shows || size > noise;
       if (size < parameter.effect) continue;
       parameter.effect = size;
@@ -574,7 +573,8 @@ void Search::choose() {
   // 1. The best evaluations, the emulator's and the surrogate's minima, and the middle of what is
   // plausible: where the landscape is rough the lowest place is a lucky one
   std::vector<EvaluationPoint> candidates;
-  for (const UnitPoint& place : lowest_places(choice_candidates, candidate_distance))
+  for (const UnitPoint& place :
+       lowest_places(static_cast<std::size_t>(options_.choice_candidates), candidate_distance))
     candidates.push_back({space_.from_unit(place), fraction});
   const Emulator& emulator = learn_emulator();
   if (emulator.knows_anything()) {

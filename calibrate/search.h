@@ -37,6 +37,7 @@ struct CalibrationOptions {
   int search_seeds = 6;  // simulations an evaluation; a single run is as noisy as a replicate
   int gate_seeds = 8;    // simulations a time step is tried with
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
+  int choice_candidates = 6;  // evaluations among which fresh seeds choose, beside predicted places
   double largest_time_step_fraction = 0.3;
   double time_limit = 0.0;  // s of wall time after which the search ends with what it has; 0: none
   double allowed_failures = 0.3;  // share of simulations; above it the calibration gives up

@@ -1,13 +1,16 @@
 #include "calibrate/track_comparison.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "calibrate/agreement.h"
 #include "calibrate/ensemble.h"
+#include "calibrate/hypothesis_tests.h"
 
 namespace graintruth::calibrate {
 
@@ -143,12 +146,6 @@ std::vector<std::vector<double>> TrackComparison::draw_objectives(
   return drawn;
 }
 
-double TrackComparison::significance() const {
-  const auto n = static_cast<double>(replicates_.size());
-  return critical_value(Critical::student_t, static_cast<int>(replicates_.size())) *
-         std::sqrt(n / (n - 1.0));
-}
-
 std::unique_ptr<Comparison> TrackComparison::with_replicates(
     std::span<const SimulatedRun> runs) const {
   std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
@@ -181,13 +178,51 @@ double TrackComparison::distance(const Evaluation& first, const Evaluation& seco
   return std::max(0.0, whole - static_cast<double>(n - 1) * (deleted - whole));
 }
 
+// Standard deviation of the difference of two objectives that comes from the seeds, which they
+// share.
+double TrackComparison::seed_deviation(const Evaluation& first, const Evaluation& second) const {
+  const RunMeans first_means(first), second_means(second);
+  const auto objective_of = [&](const RunMeans& means, const std::vector<int>& weights) {
+    const auto mean = means.mean(weights);
+    return mean ? calibrate::objective(target_.mean, target_.widths, *mean)
+                : objective_of_rest(target_.mean, target_.widths);
+  };
+  std::vector<int> weights(first.runs.size(), 1);
+  std::vector<double> values;
+  for (int& weight : weights) {
+    weight = 0;
+    values.push_back(objective_of(first_means, weights) - objective_of(second_means, weights));
+    weight = 1;
+  }
+  return jackknife_error(values);
+}
+
+double TrackComparison::half_width_of_difference(const Evaluation& first,
+                                                 const Evaluation& second,
+                                                 double roughness,
+                                                 const BootstrapOptions& options) const {
+  const auto n = static_cast<double>(replicates_.size());
+  const auto m = static_cast<double>(first.runs.size());
+  const double all = std::pow(difference_deviation(*this, first, second, options), 2);
+  const double of_seeds = std::pow(seed_deviation(first, second), 2);
+  // m seeds drawn from m vary too little likewise
+  const double of_replicates = std::max(0.0, all - (m - 1.0) / m * of_seeds);
+  const double of_roughness =
+      std::pow(roughness * std::hypot(first.objective, second.objective), 2);
+  const std::array<VarianceComponent, 3> components = {
+      {{n / (n - 1.0) * of_replicates, n - 1.0},
+       {of_seeds, std::max(1.0, m - 1.0)},
+       {of_roughness, std::numeric_limits<double>::infinity()}}};
+  return half_width_95(components);
+}
+
 double TrackComparison::allowed_excess(const Evaluation& best,
                                        const Evaluation& evaluation,
                                        double roughness,
                                        const BootstrapOptions& options) const {
-  const double deviation = std::hypot(difference_deviation(*this, best, evaluation, options),
-                                      roughness * std::hypot(best.objective, evaluation.objective));
-  return std::max(0.0, significance() * deviation - distance(evaluation, best));
+  return std::max(
+      0.0,
+      half_width_of_difference(best, evaluation, roughness, options) - distance(evaluation, best));
 }
 
 }  // namespace graintruth::calibrate

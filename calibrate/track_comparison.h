@@ -31,10 +31,17 @@ class TrackComparison final : public Comparison {
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
                                                    const BootstrapOptions& options) const override;
-  double significance() const override;
+  // The bootstrap's variance, the part of the seeds taken from it by their jackknife: replicates
+  // have n - 1 degrees of freedom, and their part is multiplied by n / (n - 1) because n replicates
+  // drawn from n vary too little (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015); m seeds
+  // have m - 1.
+  double half_width_of_difference(const Evaluation& first,
+                                  const Evaluation& second,
+                                  double roughness,
+                                  const BootstrapOptions& options) const override;
   // If `evaluation` had the true parameters, its excess over another model would be -D on average,
   // D being the excess that the other has when `evaluation` itself is what was measured, and would
-  // vary with replicates and seeds by the bootstrap's deviation S: it is allowed up to t S - D
+  // vary with replicates and seeds by a standard deviation S: it is allowed up to t S - D
   // (Cox's test of separate models, 1962), with the roughness of either objective added to S. Where
   // the objective is a parabola of curvature H and replicates move its minimum by s, S = H s |p -
   // p_best| and D = H (p - p_best)^2 / 2, so that |p - p_best| <= t s is left.
@@ -48,6 +55,7 @@ class TrackComparison final : public Comparison {
 
  private:
   double distance(const Evaluation& first, const Evaluation& second) const;
+  double seed_deviation(const Evaluation& first, const Evaluation& second) const;
 
   std::vector<datasets::Trajectories> replicates_;
   Target target_;

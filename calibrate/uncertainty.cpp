@@ -72,6 +72,15 @@ End end_of(const ParameterSpace& space,
 struct Standing {
   std::size_t best = 0;
   std::vector<Excess> excess;
+  // Whose seeds disagree far more than those of the lowest do, a run in six being jammed, say: much
+  // is allowed to them, but that tells nothing of others.
+  std::vector<char> is_erratic;
+
+  // What a compatible evaluation says is allowed to others; else 0.
+  double allowed_by(std::size_t evaluation) const {
+    const Excess& one = excess[evaluation];
+    return one.is_compatible() && !is_erratic[evaluation] ? one.allowed : 0.0;
+  }
 };
 
 Standing compare_all(const Comparison& comparison,
@@ -79,6 +88,8 @@ Standing compare_all(const Comparison& comparison,
                      double roughness,
                      const BootstrapOptions& options,
                      const Prior& prior) {
+  constexpr double erratic = 3.0;  // times the noise of the lowest
+  const double usual_noise = noise_of_lowest(comparison, all);
   Standing standing;
   standing.best = static_cast<std::size_t>(&best_of(all, prior) - all.data());
   const Evaluation& best = all[standing.best];
@@ -87,6 +98,7 @@ Standing compare_all(const Comparison& comparison,
     standing.excess.push_back(is_near
                                   ? excess_over(comparison, best, all[i], roughness, options, prior)
                                   : Excess{all[i].objective - best.objective, 0.0});
+    standing.is_erratic.push_back(comparison.noise(all[i].runs) > erratic * usual_noise);
   }
   return standing;
 }
@@ -198,9 +210,9 @@ double largest_allowed_excess(const Comparison& comparison,
                               const BootstrapOptions& options) {
   const double roughness = fit_surrogate(comparison, evaluations, space).roughness();
   double largest = 0.0;
-  for (const Excess& excess : compare_all(comparison, evaluations, roughness, options, {}).excess) {
-    if (excess.is_compatible()) largest = std::max(largest, excess.allowed);
-  }
+  const Standing standing = compare_all(comparison, evaluations, roughness, options, {});
+  for (std::size_t i = 0; i < evaluations.size(); ++i)
+    largest = std::max(largest, standing.allowed_by(i));
   return largest;
 }
 
@@ -318,10 +330,8 @@ std::vector<Profile> profile_parameters(
       end.allowed = 0.0;
       for (const End& other : ends) {
         if (other.dimension != end.dimension) continue;
-        for (const auto& [value, evaluation] : other.tried) {
-          const Excess& excess = standing.excess[evaluation];
-          if (excess.is_compatible()) end.allowed = std::max(end.allowed, excess.allowed);
-        }
+        for (const auto& [value, evaluation] : other.tried)
+          end.allowed = std::max(end.allowed, standing.allowed_by(evaluation));
       }
     }
     for (End& end : ends) bracket(space, all, standing, end);

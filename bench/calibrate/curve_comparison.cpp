@@ -95,6 +95,14 @@ double CurveComparison::significance() const {
   return calibrate::student_t_quantile(0.975, freedom());
 }
 
+double CurveComparison::half_width_of_difference(const Evaluation& first,
+                                                 const Evaluation& second,
+                                                 double roughness,
+                                                 const calibrate::BootstrapOptions& options) const {
+  return significance() * std::hypot(difference_deviation(*this, first, second, options),
+                                     roughness * std::hypot(first.objective, second.objective));
+}
+
 double CurveComparison::allowed_excess(const Evaluation& best,
                                        const Evaluation&,
                                        double,

@@ -37,7 +37,12 @@ class CurveComparison final : public calibrate::Comparison {
   std::vector<std::vector<double>> draw_objectives(
       std::span<const calibrate::Evaluation> evaluations,
       const calibrate::BootstrapOptions& options) const override;
-  double significance() const override;
+  // Of the 95 % interval of a point, in its standard deviations.
+  double significance() const;
+  double half_width_of_difference(const calibrate::Evaluation& first,
+                                  const calibrate::Evaluation& second,
+                                  double roughness,
+                                  const calibrate::BootstrapOptions& options) const override;
   // The joint region of all p parameters of a fit to n points whose error it has to tell itself
   // (Beale 1960):
   //   J - J_min <= J_min p/(n - p) F(0.95; p, n - p)

@@ -27,7 +27,12 @@ class MeanOfRuns final : public Comparison {
                                                    const BootstrapOptions&) const override {
     return {};
   }
-  double significance() const override { return 2.0; }
+  double half_width_of_difference(const Evaluation&,
+                                  const Evaluation&,
+                                  double,
+                                  const BootstrapOptions&) const override {
+    return 0.0;
+  }
   double allowed_excess(const Evaluation&,
                         const Evaluation&,
                         double,

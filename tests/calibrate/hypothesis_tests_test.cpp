@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "tests/support/read_rows.h"
@@ -37,6 +38,22 @@ TEST(TTests, OfStudentsSleepData) {
   expect_is(welch_test(summarise(first), summarise(second)), results[0]);
   expect_is(pooled_test(summarise(first), summarise(second)), results[1]);
   expect_is(paired_test(first, second), results[2]);
+}
+
+// An infinite number of degrees of freedom is a known variance; one component alone is Student's; a
+// sum is bounded by what its smallest and all degrees of freedom together would give.
+TEST(HalfWidth, PoolsDegreesOfFreedom) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::vector<VarianceComponent> known = {{4.0, infinity}};
+  EXPECT_NEAR(half_width_95(known), 2.0 * 1.959963984540054, 1e-12);
+  const std::vector<VarianceComponent> one = {{9.0, 4.0}, {0.0, 5.0}};
+  EXPECT_NEAR(half_width_95(one), 3.0 * student_t_quantile(0.975, 4.0), 1e-12);
+  const std::vector<VarianceComponent> equal = {{1.0, 4.0}, {1.0, 4.0}};
+  EXPECT_NEAR(satterthwaite_freedom(equal), 8.0, 1e-12);
+  const std::vector<VarianceComponent> mixed = {{2.0, 4.0}, {0.5, 5.0}, {0.1, infinity}};
+  EXPECT_GT(satterthwaite_freedom(mixed), 4.0);
+  EXPECT_LT(satterthwaite_freedom(mixed), 9.0);
+  EXPECT_EQ(half_width_95({}), 0.0);
 }
 
 TEST(TTests, QuantilesOfStudentsT) {

@@ -79,7 +79,13 @@ class ParabolaComparison final : public Comparison {
     }
     return drawn;
   }
-  double significance() const override { return t; }
+  double half_width_of_difference(const Evaluation& first,
+                                  const Evaluation& second,
+                                  double roughness,
+                                  const BootstrapOptions& options) const override {
+    return t * std::hypot(difference_deviation(*this, first, second, options),
+                          roughness * std::hypot(first.objective, second.objective));
+  }
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
                         double roughness,
@@ -88,10 +94,7 @@ class ParabolaComparison final : public Comparison {
     between.b_particle = evaluation.parameters.friction_particle_particle;
     between.b_wall = evaluation.parameters.friction_particle_wall;
     const double distance = between(best.parameters) - between(evaluation.parameters);
-    const double deviation =
-        std::hypot(difference_deviation(*this, best, evaluation, options),
-                   roughness * std::hypot(best.objective, evaluation.objective));
-    return std::max(0.0, t * deviation - distance);
+    return std::max(0.0, half_width_of_difference(best, evaluation, roughness, options) - distance);
   }
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun>) const override {
     return nullptr;
