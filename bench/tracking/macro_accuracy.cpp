@@ -12,6 +12,7 @@
 #include <map>
 #include <numbers>
 
+#include "bench/tracking/films.h"
 #include "calibrate/bulk_measure.h"
 #include "datasets/table.h"
 #include "tracking/recording.h"
@@ -201,38 +202,12 @@ StagnantFigures compare_stagnant(const tracking::StagnantBed& film,
   return figures;
 }
 
-// A film and the experiment that names it.
-struct Filmed {
-  datasets::Experiment experiment;
-  datasets::Replicate replicate;
-};
-
-// The films of `file`, or all of the data set; those whose name holds `part`.
-std::vector<Filmed> films_of(const std::string& file, const std::string& part) {
-  const std::filesystem::path folder =
-      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/macro";
-  std::vector<std::filesystem::path> files = {folder / "experiment.toml",
-                                              folder / "other_cameras.toml"};
-  if (!file.empty()) files = {file};
-  std::vector<Filmed> films;
-  for (const std::filesystem::path& each : files) {
-    try {
-      const datasets::Experiment experiment = datasets::load_experiment(each);
-      for (const datasets::Replicate& replicate : experiment.replicates)
-        if (replicate.name.find(part) != std::string::npos)
-          films.push_back({experiment, replicate});
-    } catch (const std::exception& error) {
-      fmt::print("skipped: {}\n", error.what());
-    }
-  }
-  return films;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::filesystem::path out = argc > 1 ? argv[1] : "tracking_macro.csv";
-  const std::vector<Filmed> films = films_of(argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
+  const std::vector<bench::Filmed> films =
+      bench::films_of("macro", argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
   datasets::Table table({"replicate",
                          "still_missed_percent",
                          "still_false_percent",

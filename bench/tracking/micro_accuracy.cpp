@@ -16,6 +16,7 @@
 #include <ctime>
 #include <numbers>
 
+#include "bench/tracking/films.h"
 #include "datasets/table.h"
 #include "tracking/recording.h"
 #include "tracking/track_video.h"
@@ -53,44 +54,12 @@ struct Sums {
   double count = 0.0;
 };
 
-// A film and the rig that was filmed, at the rate at which pictures can be had from it.
-struct Filmed {
-  datasets::Experiment experiment;
-  datasets::Replicate replicate;
-};
-
-// The films of `file`, or all of the data set; those whose name holds `part`.
-std::vector<Filmed> films_of(const std::string& file, const std::string& part) {
-  const std::filesystem::path folder =
-      std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "datasets/micro";
-  std::vector<std::filesystem::path> files = {folder / "experiment.toml",
-                                              folder / "other_cameras.toml"};
-  if (!file.empty()) files = {file};
-  std::vector<Filmed> films;
-  for (const std::filesystem::path& each : files) {
-    try {
-      const datasets::Experiment experiment = datasets::load_experiment(each);
-      for (const datasets::Replicate& replicate : experiment.replicates) {
-        const bool is_new = std::none_of(films.begin(), films.end(), [&](const Filmed& film) {
-          return film.replicate.name == replicate.name;
-        });
-        if (!is_new || replicate.name.find(part) == std::string::npos) continue;
-        films.push_back(
-            {tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate),
-             replicate});
-      }
-    } catch (const std::exception& error) {
-      fmt::print("skipped: {}\n", error.what());
-    }
-  }
-  return films;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::filesystem::path out = argc > 1 ? argv[1] : "tracking_micro.csv";
-  const std::vector<Filmed> films = films_of(argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
+  const std::vector<bench::Filmed> films =
+      bench::films_of("micro", argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
   datasets::Table table({"replicate",
                          "frames",
                          "completeness",
@@ -128,8 +97,10 @@ int main(int argc, char** argv) {
              "event ms",
              "fps");
   for (const auto& [experiment, replicate] : films) {
+    const datasets::Experiment filmed =
+        tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
     const std::clock_t started = std::clock();
-    const auto [tracks, summary] = tracking::track_video(experiment, replicate);
+    const auto [tracks, summary] = tracking::track_video(filmed, replicate);
     // Processor time: what one core can do, whoever else is using it
     const double frames_per_second = static_cast<double>(tracks.frames()) * CLOCKS_PER_SEC /
                                      static_cast<double>(std::clock() - started);

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "tests/calibrate/stub_comparison.h"
+
 namespace graintruth::calibrate {
 namespace {
 
@@ -12,35 +14,12 @@ constexpr int seeds = 10;
 constexpr double jam = 40.0;
 
 // The objective of runs is the mean of what each holds as its place.
-class MeanOfRuns final : public Comparison {
+class MeanOfRuns final : public StubComparison {
  public:
   double objective(std::span<const SimulatedRun> runs) const override {
     double sum = 0.0;
     for (const SimulatedRun& run : runs) sum += run.trajectories.poses[0].x;
     return sum / static_cast<double>(runs.size());
-  }
-  std::vector<double> residuals(std::span<const SimulatedRun>) const override { return {}; }
-  double loss(std::span<const double>) const override { return 0.0; }
-  double noise(std::span<const SimulatedRun>) const override { return 0.0; }
-  RunScore score_run(const SimulatedRun&, std::size_t) const override { return {}; }
-  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation>,
-                                                   const BootstrapOptions&) const override {
-    return {};
-  }
-  double half_width_of_difference(const Evaluation&,
-                                  const Evaluation&,
-                                  double,
-                                  const BootstrapOptions&) const override {
-    return 0.0;
-  }
-  double allowed_excess(const Evaluation&,
-                        const Evaluation&,
-                        double,
-                        const BootstrapOptions&) const override {
-    return 0.0;
-  }
-  std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun>) const override {
-    return nullptr;
   }
 };
 

@@ -9,6 +9,7 @@
 
 #include "calibrate/objective.h"
 #include "calibrate/proposals.h"
+#include "tests/calibrate/stub_comparison.h"
 
 namespace graintruth::calibrate {
 namespace {
@@ -17,7 +18,7 @@ constexpr int numbers = 40;
 
 // z_k = (f_k(x) - f_k(truth)) / u: waves through the square, far finer known than they differ. A
 // run is one pose that holds its parameters.
-class Waves final : public Comparison {
+class Waves final : public StubComparison {
  public:
   explicit Waves(UnitPoint truth, double uncertainty)
       : truth_(std::move(truth)), uncertainty_(uncertainty) {}
@@ -39,26 +40,6 @@ class Waves final : public Comparison {
     return mean_loss(datasets::ObjectiveForm::smooth, residuals);
   }
   double noise(std::span<const SimulatedRun>) const override { return 1e-3; }
-  RunScore score_run(const SimulatedRun&, std::size_t) const override { return {}; }
-  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation>,
-                                                   const BootstrapOptions&) const override {
-    return {};
-  }
-  double half_width_of_difference(const Evaluation&,
-                                  const Evaluation&,
-                                  double,
-                                  const BootstrapOptions&) const override {
-    return 0.0;
-  }
-  double allowed_excess(const Evaluation&,
-                        const Evaluation&,
-                        double,
-                        const BootstrapOptions&) const override {
-    return 0.0;
-  }
-  std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun>) const override {
-    return nullptr;
-  }
 
  private:
   static double wave(int k, const UnitPoint& x) {

@@ -1,0 +1,36 @@
+#include "bench/tracking/films.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace graintruth::bench {
+
+namespace fs = std::filesystem;
+
+std::vector<Filmed> films_of(const std::string& data_set,
+                             const std::string& file,
+                             const std::string& part) {
+  const fs::path folder = fs::path(GRAINTRUTH_SOURCE_DIR) / "datasets" / data_set;
+  std::vector<fs::path> files = {folder / "experiment.toml", folder / "other_cameras.toml"};
+  if (!file.empty()) files = {file};
+  std::vector<Filmed> films;
+  for (const fs::path& each : files) {
+    try {
+      const datasets::Experiment experiment = datasets::load_experiment(each);
+      for (const datasets::Replicate& replicate : experiment.replicates) {
+        const bool is_new = std::none_of(films.begin(), films.end(), [&](const Filmed& film) {
+          return film.replicate.name == replicate.name;
+        });
+        if (is_new && replicate.name.find(part) != std::string::npos)
+          films.push_back({experiment, replicate});
+      }
+    } catch (const std::exception& error) {
+      fmt::print("skipped: {}\n", error.what());
+    }
+  }
+  return films;
+}
+
+}  // namespace graintruth::bench

@@ -1,0 +1,23 @@
+// The films that a bench of tracking reads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "datasets/experiment.h"
+
+namespace graintruth::bench {
+
+// A film and the experiment that names it.
+struct Filmed {
+  datasets::Experiment experiment;
+  datasets::Replicate replicate;
+};
+
+// The films of the experiment `file`, or where that is empty all of the bundled data set of this
+// name; those whose name holds `part`, each name once. Says which experiments cannot be read.
+std::vector<Filmed> films_of(const std::string& data_set,
+                             const std::string& file,
+                             const std::string& part);
+
+}  // namespace graintruth::bench
