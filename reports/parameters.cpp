@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "reports/parameter_words.h"
 #include "reports/sections.h"
 #include "reports/words.h"
 
@@ -73,8 +74,7 @@ TableView parameter_table(const Json& parameters) {
     const double low_bound = number(parameter, {"bound_lower"});
     const double high_bound = number(parameter, {"bound_upper"});
     table.add_row({parameter_name(key),
-                   std::isfinite(upper - lower) ? decimal(number(parameter, {"value"}), decimals)
-                                                : plain(number(parameter, {"value"})),
+                   value_text(parameter),
                    interval_text(lower, upper, decimals),
                    unit_text(parameter),
                    status_text(text(parameter, {"status"})),

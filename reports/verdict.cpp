@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "reports/parameter_words.h"
 #include "reports/sections.h"
 #include "reports/words.h"
 
@@ -19,14 +20,6 @@ std::string interval_text(const Json& parameter, std::string_view join) {
   if (!std::isfinite(lower) || !std::isfinite(upper)) return "";
   const int decimals = decimals_of_interval(lower, upper);
   return fmt::format("{}{}{}", decimal(lower, decimals), join, decimal(upper, decimals));
-}
-
-std::string value_text(const Json& parameter) {
-  const double lower = number(parameter, {"lower"});
-  const double upper = number(parameter, {"upper"});
-  const double value = number(parameter, {"value"});
-  if (!std::isfinite(lower) || !std::isfinite(upper)) return plain(value);
-  return decimal(value, decimals_of_interval(lower, upper));
 }
 
 std::string confidence_text(const Json& parameter) {
@@ -45,10 +38,6 @@ std::string interval_words(const Json& parameter) {
       confidence_text(parameter),
       interval,
       alone.empty() ? "" : fmt::format(" with priors, {} from the films alone", alone));
-}
-
-bool is_at_bench(const Json& parameter) {
-  return std::abs(number(parameter, {"value"}) - number(parameter, {"bench_value"})) < 1.0e-9;
 }
 
 std::string parameter_detail(const Json& parameter) {

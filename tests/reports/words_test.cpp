@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "reports/parameter_words.h"
+
 namespace graintruth::reports {
 namespace {
 
@@ -36,6 +38,18 @@ TEST(Ordinal, IsAWordThenANumber) {
 TEST(Joined, PutsAnAndBeforeTheLast) {
   EXPECT_EQ(joined({"a"}), "a");
   EXPECT_EQ(joined({"a", "b", "c"}), "a, b and c");
+}
+
+TEST(ParameterWords, GiveAValueTheDigitsThatItIsKnownTo) {
+  EXPECT_EQ(
+      value_text({{"value", 0.12345}, {"lower", 0.104}, {"upper", 0.14}, {"status", "tuned"}}),
+      "0.123");
+  EXPECT_EQ(value_text({{"value", 0.6093}, {"bench_value", 0.83}, {"status", "not_identified"}}),
+            "0.61");
+  EXPECT_EQ(value_text({{"value", 0.835}, {"bench_value", 0.835}, {"status", "not_identified"}}),
+            "0.835");
+  EXPECT_EQ(value_text({{"value", 0.3125}, {"bench_value", 0.3125}, {"status", "fixed"}}),
+            "0.3125");
 }
 
 }  // namespace
