@@ -23,7 +23,7 @@ enum ExitStatus { done = 0, unusable_input = 2, too_many_failures = 3, interrupt
 int refuse(std::string text, ExitStatus status) {
   while (!text.empty() && std::string_view(" \n.").find(text.back()) != std::string_view::npos)
     text.pop_back();
-  fmt::print(stderr, "graintruth: {}.\n", text);
+  fmt::print(stderr, "graintruth: {}{}\n", text, text.ends_with('?') ? "" : ".");
   return status;
 }
 

@@ -1,6 +1,7 @@
 #include "datasets/toml_section.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -267,15 +268,14 @@ void TomlSection::finish() const {
     const std::string_view name = key.str();
     if (known_.contains(name)) continue;
     std::string_view nearest;
-    std::size_t fewest = name.size();
+    std::size_t fewest = name.size() / 2 + 1;  // changes; more make another word of it
     for (const std::string& known : known_) {
-      if (edits(name, known) < fewest) {
-        fewest = edits(name, known);
-        nearest = known;
-      }
+      if (edits(name, known) >= fewest) continue;
+      fewest = edits(name, known);
+      nearest = known;
     }
     fail(name,
-         nearest.empty() ? std::string("is unknown")
+         nearest.empty() ? fmt::format("is unknown; known here are {}", fmt::join(known_, ", "))
                          : fmt::format("is unknown; did you mean '{}'?", nearest));
   }
 }

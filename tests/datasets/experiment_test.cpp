@@ -126,6 +126,14 @@ TEST(LoadExperiment, AnUnknownKeyIsNamedWithTheNearestThatExists) {
   EXPECT_CONTAINS(typo, "experiment.toml:");
 }
 
+TEST(LoadExperiment, AKeyLikeNoOtherIsNamedWithAllThatAreKnown) {
+  const std::string sentence =
+      complaint_about("poisson_ratio = 0.35", "poisson_ratio = 0.35\nshininess = 0.3");
+  EXPECT_CONTAINS(sentence, "material.shininess");
+  EXPECT_CONTAINS(sentence, "known here are");
+  EXPECT_CONTAINS(sentence, "poisson_ratio");
+}
+
 TEST(LoadExperiment, AWrongUnitIsNamedWithThoseThatFit) {
   const std::string sentence = complaint_about("mass_g = 142", "mass_mm = 142");
   EXPECT_CONTAINS(sentence, "mass_mm");
