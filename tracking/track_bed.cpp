@@ -390,7 +390,9 @@ void BedTracker::judge() {
                      bed_.found_first));
   }
   if (!bed_.doubtful_frames.empty())
-    warn(fmt::format("Particles were not found in frames {}.", listed(bed_.doubtful_frames)));
+    warn(fmt::format("Not all particles were found in {} {}.",
+                     bed_.doubtful_frames.size() == 1 ? "frame" : "frames",
+                     listed(bed_.doubtful_frames)));
   constexpr double least_complete = 0.98;
   if (bed_.sharpness >= least_sharpness && summary_.completeness < least_complete) {
     fail(fmt::format("Only {:.1f} % of all poses were found.", 100.0 * summary_.completeness));
