@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <thread>
 
 #include "app/commands.h"
 #include "app/first_frame.h"
@@ -249,9 +248,7 @@ void estimate(const CheckCommand& command,
                     run.message));
     return;
   }
-  const int jobs = command.common.jobs > 0
-                       ? command.common.jobs
-                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int jobs = threads_of(command.common);
   fmt::print(
       "; one took {:.2g} s here at the largest time step, so about {} on {} core(s), up to four "
       "times that if a smaller step turns out to be needed, besides tracking\n",

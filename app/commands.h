@@ -21,6 +21,9 @@ struct CommonOptions {
   std::string command_line;  // as typed, for run.json
 };
 
+// Threads to use: as many as asked for, or else as there are cores.
+int threads_of(const CommonOptions& options);
+
 struct CalibrateCommand {
   CommonOptions common;
   std::filesystem::path experiment;

@@ -27,8 +27,10 @@ int refuse(std::string text, ExitStatus status) {
   return status;
 }
 
-void add_common_options(CLI::App& verb, app::CommonOptions& options) {
-  verb.add_option("--out", options.out, "Run folder (default: out/<experiment name>)")
+void add_common_options(CLI::App& verb,
+                        app::CommonOptions& options,
+                        const char* folder = "out/<experiment name>") {
+  verb.add_option("--out", options.out, fmt::format("Run folder (default: {})", folder))
       ->type_name("DIR");
   verb.add_option(
           "--jobs", options.jobs, "Threads (default: all cores); the result does not depend on it")
@@ -121,13 +123,7 @@ void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status)
                   command.time_limit,
                   "Seconds after which the simulation ends with what it has")
       ->check(CLI::PositiveNumber);
-  verb.add_option("--out", command.common.out, "Run folder (default: out/<scene name>)")
-      ->type_name("DIR");
-  verb.add_option("--seed", command.common.seed, "Seed of every random choice")
-      ->capture_default_str();
-  verb.add_flag("--quiet", command.common.quiet, "No progress line");
-  verb.add_flag(
-      "--json", command.common.json, "Result as JSON on stdout, everything else on stderr");
+  add_common_options(verb, command.common, "out/<scene name>");
   verb.callback([&] { status = run_simulate(command); });
 }
 

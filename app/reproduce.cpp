@@ -6,7 +6,6 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <thread>
 
 #include "app/commands.h"
 #include "app/data_folder.h"
@@ -129,9 +128,7 @@ int run_reproduce(const ReproduceCommand& command) {
   catch_interrupts();
 
   // 2. Target by target
-  const int jobs = command.common.jobs > 0
-                       ? command.common.jobs
-                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int jobs = threads_of(command.common);
   ProgressLine progress(command.common.quiet);
   Studies studies(folder.root, command.common.seed, jobs, progress);
   std::vector<TargetResult> results;

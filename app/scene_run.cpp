@@ -103,7 +103,14 @@ class SceneRunner {
                     run_.scene.bodies.size()));
   }
 
-  void start_simulation() {
+  // A thread for every so many particles: fewer would wait for each other.
+  int threads_for(std::size_t particles) const {
+    constexpr std::size_t particles_a_thread = 1000;
+    const auto useful = static_cast<int>(particles / particles_a_thread);
+    return std::clamp(useful, 1, options_.threads);
+  }
+
+  void start_simulation(std::size_t particles) {
     const ScenePhase& first = file_.phases.front();
     use_surfaces(file_, first, built_.scene.surfaces);
     sim::SimulationOptions options;
@@ -112,6 +119,7 @@ class SceneRunner {
     options.largest_step_count = options_.step_limit;
     options.tally_work = true;
     options.keep_peaks = true;
+    options.threads = threads_for(particles);
     use_law(file_.law, options);
     simulation_ = std::make_unique<sim::Simulation>(built_.scene, options);
   }
@@ -128,7 +136,7 @@ class SceneRunner {
       add_lattice(file_, types, generator_, built_);
     }
     check_start(file_, built_);
-    start_simulation();
+    start_simulation(types.size() + file_.places.size());
     if (rains) rain(types);
   }
 

@@ -13,6 +13,7 @@ namespace graintruth::app {
 
 struct SceneRunOptions {
   std::uint64_t seed = 1;
+  int threads = 1;  // at most; small beds use one. The result does not depend on it
   std::int64_t step_limit = 0;  // of each stretch between frames; 0 for none
   std::function<bool()> stop;   // asked now and then; true ends the run with what it has
   // What is done, of what share of it.

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <numeric>
-#include <thread>
 
 #include "app/bulk_summary.h"
 #include "app/interrupt.h"
@@ -42,9 +41,7 @@ Session::Session(std::string verb,
     }
   }
   record_.started_at = utc_now();
-  record_.jobs = options.jobs > 0
-                     ? options.jobs
-                     : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  record_.jobs = threads_of(options);
   catch_interrupts();
 }
 

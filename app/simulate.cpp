@@ -44,7 +44,7 @@ Json run_record(const SimulateCommand& command,
           {"command", command.common.command_line},
           {"started_at", started_at},
           {"seed", command.common.seed},
-          {"jobs", 1},
+          {"jobs", threads_of(command.common)},
           {"options",
            {{"render", command.render},
             {"povray", command.povray},
@@ -115,6 +115,7 @@ Done simulate_and_write(const SimulateCommand& command,
   ProgressLine progress(command.common.quiet);
   SceneRunOptions options;
   options.seed = command.common.seed;
+  options.threads = threads_of(command.common);
   options.stop = [&] {
     return is_interrupted() ||
            (command.time_limit > 0.0 && seconds_since(start) > command.time_limit);

@@ -48,6 +48,62 @@ void expect_start(const std::filesystem::path& file) {
   EXPECT_FALSE(run.scene.bodies.empty()) << file;
 }
 
+// Enough balls for three threads, which must agree on every number that is written down.
+TEST(SceneRun, IsTheSameForAnyNumberOfThreads) {
+  const TemporaryFolder folder;
+  const datasets::SceneFile file = datasets::load_scene(folder.write("scene.toml", R"(
+title = "Balls fall into a box"
+dimensions = 3
+[[material]]
+name = "plastic"
+elastic_modulus_mpa = 10
+poisson_ratio = 0.3
+[[surfaces]]
+first = "plastic"
+second = "plastic"
+friction = 0.4
+restitution = 0.6
+[[particle]]
+name = "ball"
+material = "plastic"
+count = 3100
+radius_mm = 5
+density_g_per_cm3 = 1
+[[wall]]
+name = "box"
+material = "plastic"
+shape = "box"
+low_mm = [-100, -100, 0]
+high_mm = [100, 100, 400]
+open = "top"
+[fill]
+method = "lattice"
+low_mm = [-100, -100, 0]
+high_mm = [100, 100, 400]
+clearance_mm = 0.1
+[run]
+duration_s = 0.03
+output_interval_s = 0.01
+fastest_impact_m_per_s = 1
+)"));
+  const SceneRun one = run_scene(file, {.seed = 1, .threads = 1});
+  const SceneRun three = run_scene(file, {.seed = 1, .threads = 3});
+  ASSERT_EQ(one.frames.size(), three.frames.size());
+  ASSERT_GE(one.frames.size(), 3U);
+  EXPECT_GT(one.frames.back().bed.contacts, 1000);
+  for (std::size_t k = 0; k < one.frames.size(); ++k) {
+    const SceneFrame &a = one.frames[k], &b = three.frames[k];
+    EXPECT_EQ(a.state.position, b.state.position) << k;
+    EXPECT_EQ(a.state.velocity, b.state.velocity) << k;
+    EXPECT_EQ(a.energy.elastic, b.energy.elastic) << k;
+    EXPECT_EQ(a.energy.friction_loss, b.energy.friction_loss) << k;
+    EXPECT_EQ(a.energy.damping_loss, b.energy.damping_loss) << k;
+    EXPECT_EQ(a.bed.peak_force, b.bed.peak_force) << k;
+    EXPECT_EQ(a.wall_force, b.wall_force) << k;
+    EXPECT_EQ(a.wall_peak, b.wall_peak) << k;
+  }
+}
+
 TEST(SceneRun, EveryBundledSceneStarts) {
   int started = 0;
   for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
