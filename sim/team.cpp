@@ -1,5 +1,7 @@
 #include "sim/team.h"
 
+#include <cassert>
+
 namespace graintruth::sim {
 namespace {
 
@@ -7,11 +9,18 @@ namespace {
 // it lets others have the processor.
 constexpr int kLooksBeforeYield = 2000;
 
-template <class Condition>
-void wait_until(const Condition& holds) {
-  for (int looks = 0; !holds(); ++looks) {
-    if (looks >= kLooksBeforeYield) std::this_thread::yield();
-  }
+// A ticket holds, from its highest bit: round (24 bits), tasks (20), next task (20).
+constexpr int kBits = 20;
+constexpr std::uint64_t kLargest = (std::uint64_t{1} << kBits) - 1;
+
+std::uint64_t next_of(std::uint64_t ticket) { return ticket & kLargest; }
+std::uint64_t count_of(std::uint64_t ticket) { return (ticket >> kBits) & kLargest; }
+std::uint64_t round_of(std::uint64_t ticket) { return ticket >> (2 * kBits); }
+
+bool has_task(std::uint64_t ticket) { return next_of(ticket) < count_of(ticket); }
+
+std::uint64_t first_of_next_round(std::uint64_t ticket, int count) {
+  return (round_of(ticket) + 1) << (2 * kBits) | static_cast<std::uint64_t>(count) << kBits;
 }
 
 }  // namespace
@@ -24,38 +33,46 @@ Team::Team(int workers) {
 
 Team::~Team() {
   ends_ = true;
-  round_.fetch_add(1);
-  round_.notify_all();
+  ticket_.store(first_of_next_round(ticket_, 0));
+  ticket_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
 void Team::run(int count, const std::function<void(int, int)>& task) {
+  assert(count >= 0 && static_cast<std::uint64_t>(count) <= kLargest);
   task_ = &task;
-  count_ = count;
-  next_.store(0, std::memory_order_relaxed);
-  busy_.store(static_cast<int>(threads_.size()), std::memory_order_relaxed);
-  round_.fetch_add(1, std::memory_order_release);
-  if (!threads_.empty()) round_.notify_all();
+  done_.store(0, std::memory_order_relaxed);
+  ticket_.store(first_of_next_round(ticket_.load(std::memory_order_relaxed), count),
+                std::memory_order_release);
+  if (!threads_.empty()) ticket_.notify_all();
   work(0);
-  wait_until([this] { return busy_.load(std::memory_order_acquire) == 0; });
+  for (int looks = 0; done_.load(std::memory_order_acquire) < count; ++looks) {
+    if (looks >= kLooksBeforeYield) std::this_thread::yield();
+  }
 }
 
 void Team::work(int worker) {
-  for (int i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) (*task_)(worker, i);
+  std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  while (has_task(ticket)) {
+    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
+    // Taken: the round lasts until this task is done, and so does task_
+    (*task_)(worker, static_cast<int>(next_of(ticket)));
+    done_.fetch_add(1, std::memory_order_release);
+    ticket = ticket_.load(std::memory_order_acquire);
+  }
 }
 
 // Between runs nobody steps: after a while the thread sleeps.
 void Team::wait_for_work(int worker) {
   constexpr int kYieldsBeforeSleep = 2000;
-  for (unsigned seen = 0;;) {
-    for (int yields = 0; round_.load(std::memory_order_acquire) == seen; ++yields) {
-      if (yields > kLooksBeforeYield) std::this_thread::yield();
-      if (yields > kLooksBeforeYield + kYieldsBeforeSleep) round_.wait(seen);
+  while (!ends_) {
+    std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+    for (int looks = 0; !has_task(ticket) && !ends_; ++looks) {
+      if (looks > kLooksBeforeYield) std::this_thread::yield();
+      if (looks > kLooksBeforeYield + kYieldsBeforeSleep) ticket_.wait(ticket);
+      ticket = ticket_.load(std::memory_order_acquire);
     }
-    ++seen;
-    if (ends_) return;
     work(worker);
-    busy_.fetch_sub(1, std::memory_order_release);
   }
 }
 

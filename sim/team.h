@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -19,7 +20,9 @@ class Team {
   int workers() const { return static_cast<int>(threads_.size()) + 1; }
 
   // Does task(worker, i) for all i in [0, count), each once, by whoever is free; returns when all
-  // are done. Tasks must not throw, and must not care who does them.
+  // are done. Waits for nobody who has not begun one: where others keep the processor busy, the
+  // caller does alone what its team does not come to. Tasks must not throw, and must not care who
+  // does them; at most 2^20 - 1 at once.
   void run(int count, const std::function<void(int worker, int i)>& task);
 
  private:
@@ -28,10 +31,10 @@ class Team {
 
   std::vector<std::thread> threads_;
   const std::function<void(int, int)>* task_ = nullptr;
-  int count_ = 0;
-  std::atomic<int> next_{0};
-  std::atomic<int> busy_{0};
-  std::atomic<unsigned> round_{0};
+  // Round, tasks of the round, and the next of them in one number, so that a task can only be taken
+  // of the round that it belongs to, however late a worker looks.
+  std::atomic<std::uint64_t> ticket_{0};
+  std::atomic<int> done_{0};  // tasks of this round
   std::atomic<bool> ends_{false};
 };
 
