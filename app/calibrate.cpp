@@ -9,7 +9,9 @@
 #include "calibrate/bin_result_files.h"
 #include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
+#include "calibrate/joint_result_files.h"
 #include "calibrate/result_files.h"
+#include "datasets/joint_experiment.h"
 
 namespace graintruth::app {
 
@@ -128,9 +130,99 @@ void calibrate_flow(const CalibrateCommand& command, Session& session) {
   session.finish();
 }
 
+// In a folder of its own within that of the whole.
+CommonOptions options_of_member(const CommonOptions& options,
+                                const datasets::RunFolder& folder,
+                                const std::string& name) {
+  CommonOptions own = options;
+  own.out = folder.root / name;
+  return own;
+}
+
+calibrate::JointMember measured_member(Session& session, double weight) {
+  session.track();
+  calibrate::JointMember member{.name = session.experiment().name, .weight = weight};
+  if (session.experiment().rig.bin) {
+    member.bin = session.bin_problem();
+    member.searched = session.scenes(*member.bin, member.bin->calibrated_films);
+    member.all = session.scenes(*member.bin, every_film(*member.bin));
+    member.largest_time_step_fraction = calibrate::largest_time_step_fraction(*member.bin);
+  } else {
+    member.tracks = session.problem();
+    member.searched = member.all = {session.scene(*member.tracks)};
+    member.largest_time_step_fraction = calibrate::largest_time_step_fraction(session.experiment());
+  }
+  return member;
+}
+
+void print_member(const calibrate::JointMember& member,
+                  const calibrate::JointMemberResult& result) {
+  fmt::print("{}:\n", member.name);
+  if (result.tracks) {
+    print_agreement(*result.tracks);
+  } else {
+    fmt::print("{}", words_on(result.bin->score));
+  }
+}
+
+// Several experiments, one set of parameters.
+void calibrate_all(const CalibrateCommand& command, const datasets::JointExperiment& joint) {
+  Session whole("calibrate", command.common, joint.common);
+  // 1. Each experiment tracked and measured, in a folder of its own
+  std::vector<std::unique_ptr<Session>> sessions;
+  std::vector<calibrate::JointMember> members;
+  for (const datasets::JointPart& part : joint.parts) {
+    sessions.push_back(std::make_unique<Session>(
+        "calibrate",
+        options_of_member(command.common, whole.folder(), part.experiment.name),
+        part.experiment));
+    members.push_back(measured_member(*sessions.back(), part.weight));
+    for (const auto& [file, hash] : sessions.back()->record().input_hashes)
+      whole.record().input_hashes[part.experiment.name + "/" + file] = hash;
+  }
+  whole.record().input_hashes[command.experiment.filename().string()] =
+      datasets::file_hash(command.experiment);
+
+  // 2. One search on one journal
+  calibrate::Journal journal(whole.folder().journal());
+  journal.belong_to(calibrate::parts_of(members));
+  Watch watch(command.watch, whole, {});
+  const calibrate::CalibrationOptions options =
+      calibration_options(command, whole, watch, calibrate::joint_options(members));
+  calibrate::JointCalibrationResult result =
+      calibrate::calibrate_jointly(joint.common, members, journal, options);
+
+  // 3. A report of each experiment, then that of all
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    Session& session = *sessions[i];
+    calibrate::JointMemberResult& own = result.members[i];
+    if (own.tracks) {
+      session.add_film_warnings(own.tracks->warnings);
+      calibrate::write_calibration(
+          session.folder(), *members[i].tracks, options, *own.tracks, session.seconds());
+    } else {
+      session.add_film_warnings(own.bin->warnings);
+      calibrate::write_bin_calibration(
+          session.folder(), *members[i].bin, options, *own.bin, session.seconds());
+    }
+    session.write_report();
+  }
+  calibrate::write_joint_calibration(
+      whole.folder(), joint.common, members, options, result, whole.seconds());
+  conclude(command, options, result, result.simulated, journal, whole);
+  if (!command.common.json) {
+    for (std::size_t i = 0; i < members.size(); ++i) print_member(members[i], result.members[i]);
+  }
+  whole.finish();
+}
+
 }  // namespace
 
 int run_calibrate(const CalibrateCommand& command) {
+  if (datasets::is_joint(command.experiment)) {
+    calibrate_all(command, datasets::load_joint_experiment(command.experiment));
+    return 0;
+  }
   Session session("calibrate", command.common, command.experiment);
   session.track();
   if (session.experiment().rig.bin) {

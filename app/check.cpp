@@ -14,6 +14,7 @@
 #include "calibrate/calibration.h"
 #include "calibrate/dem_simulator.h"
 #include "datasets/input_error.h"
+#include "datasets/joint_experiment.h"
 #include "datasets/run_folder.h"
 #include "tracking/recording.h"
 
@@ -257,14 +258,11 @@ void estimate(const CheckCommand& command,
       jobs);
 }
 
-}  // namespace
-
-int run_check(const CheckCommand& command) {
-  // 1. The file: throws for what cannot be read
-  const Experiment experiment = datasets::load_experiment(command.experiment);
-  const std::filesystem::path out = command.common.out.empty()
-                                        ? std::filesystem::path("out") / experiment.name
-                                        : command.common.out;
+// Prints what is found of one experiment; pictures go below `out`.
+Findings look_at(const CheckCommand& command,
+                 const Experiment& experiment,
+                 const std::filesystem::path& out) {
+  // 1. What the file says
   Findings findings;
   print_what(experiment);
   check_search(experiment, findings);
@@ -332,13 +330,48 @@ int run_check(const CheckCommand& command) {
   // 4. Verdict
   for (const std::string& sentence : findings.doubtful) fmt::print("doubtful: {}\n", sentence);
   for (const std::string& sentence : findings.missing) fmt::print("missing: {}\n", sentence);
-  if (findings.missing.empty()) {
+  return findings;
+}
+
+std::filesystem::path folder_for(const CheckCommand& command, const Experiment& experiment) {
+  return command.common.out.empty() ? std::filesystem::path("out") / experiment.name
+                                    : command.common.out;
+}
+
+// All experiments of a joint calibration, one after the other.
+std::size_t look_at_all(const CheckCommand& command) {
+  const datasets::JointExperiment joint = datasets::load_joint_experiment(command.experiment);
+  fmt::print("{}: {} experiments, calibrated together\n", joint.common.title, joint.parts.size());
+  std::size_t missing = 0;
+  for (const datasets::JointPart& part : joint.parts) {
+    const std::string& name = part.experiment.name;
+    fmt::print("\n{} (weight {:.4g}): ", name, part.weight);
+    missing +=
+        look_at(command, part.experiment, folder_for(command, joint.common) / name).missing.size();
+  }
+  fmt::print(
+      "\nEvery evaluation simulates all of them: what is to come is the sum of the above, with the "
+      "number of evaluations of the bin, if there is one.\n");
+  return missing;
+}
+
+}  // namespace
+
+int run_check(const CheckCommand& command) {
+  std::size_t missing = 0;
+  if (datasets::is_joint(command.experiment)) {
+    missing = look_at_all(command);
+  } else {
+    const Experiment experiment = datasets::load_experiment(command.experiment);
+    missing = look_at(command, experiment, folder_for(command, experiment)).missing.size();
+  }
+  if (missing == 0) {
     fmt::print("Ready: graintruth calibrate {}\n", command.experiment.string());
     return 0;
   }
   throw datasets::InputError(fmt::format("{}: not ready, {} thing(s) are missing; see the list.",
                                          command.experiment.string(),
-                                         findings.missing.size()));
+                                         missing));
 }
 
 }  // namespace graintruth::app

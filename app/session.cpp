@@ -25,10 +25,13 @@ std::filesystem::path folder_for(const CommonOptions& options,
 Session::Session(std::string verb,
                  const CommonOptions& options,
                  const std::filesystem::path& experiment_file)
+    : Session(std::move(verb), options, datasets::load_experiment(experiment_file)) {}
+
+Session::Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment)
     : options_(options),
       progress_(options.quiet),
       start_(std::chrono::steady_clock::now()),
-      experiment_(datasets::load_experiment(experiment_file)),
+      experiment_(std::move(experiment)),
       made_(folder_for(options, experiment_)),
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
@@ -72,11 +75,30 @@ calibrate::BinProblem Session::bin_problem() {
   return problem;
 }
 
+std::vector<std::size_t> every_film(const calibrate::BinProblem& problem) {
+  std::vector<std::size_t> films(problem.starts.size());
+  std::iota(films.begin(), films.end(), 0);
+  return films;
+}
+
+calibrate::Scene Session::scene(const calibrate::Problem& problem) const {
+  return {problem.hash,
+          calibrate::make_dem_simulator(experiment_, problem.starts, {.stop = is_interrupted})};
+}
+
+std::vector<calibrate::Scene> Session::scenes(const calibrate::BinProblem& problem,
+                                              std::span<const std::size_t> films) const {
+  std::vector<calibrate::Scene> scenes;
+  for (const std::size_t film : films) {
+    const calibrate::BinStart& start = problem.starts[film];
+    scenes.push_back({start.hash, calibrate::make_bin_simulator(start, {.stop = is_interrupted})});
+  }
+  return scenes;
+}
+
 std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_all(const calibrate::BinProblem& problem,
                                                               calibrate::Journal& journal) const {
-  std::vector<std::size_t> every_film(problem.starts.size());
-  std::iota(every_film.begin(), every_film.end(), 0);
-  return ensemble_of(problem, every_film, problem.all, journal);
+  return ensemble_of(problem, every_film(problem), problem.all, journal);
 }
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_calibrated(
@@ -90,22 +112,15 @@ std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
     std::shared_ptr<const calibrate::BinComparison> comparison,
     calibrate::Journal& journal) const {
   journal.belong_to(problem.parts);
-  std::vector<calibrate::Scene> scenes;
-  for (const std::size_t film : films) {
-    const calibrate::BinStart& start = problem.starts[film];
-    scenes.push_back({start.hash, calibrate::make_bin_simulator(start, {.stop = is_interrupted})});
-  }
   return std::make_unique<calibrate::Ensemble>(
-      std::move(scenes), journal, std::move(comparison), jobs());
+      scenes(problem, films), journal, std::move(comparison), jobs());
 }
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble(const calibrate::Problem& problem,
                                                        calibrate::Journal& journal) const {
   journal.belong_to(problem.parts);
-  const calibrate::Simulator simulator =
-      calibrate::make_dem_simulator(experiment_, problem.starts, {.stop = is_interrupted});
   return std::make_unique<calibrate::Ensemble>(
-      std::vector{calibrate::Scene{problem.hash, simulator}}, journal, problem.comparison, jobs());
+      std::vector{scene(problem)}, journal, problem.comparison, jobs());
 }
 
 void Session::add_film_warnings(std::vector<std::string>& warnings) const {
@@ -114,11 +129,15 @@ void Session::add_film_warnings(std::vector<std::string>& warnings) const {
 
 void Session::write_record() const { write_run_record(folder_, options_, experiment_, record_); }
 
-void Session::finish() {
+void Session::write_report() {
   write_record();
   datasets::remove_progress(folder_);
+  if (std::filesystem::exists(folder_.result())) reports::write_report(folder_);
+}
+
+void Session::finish() {
+  write_report();
   if (!std::filesystem::exists(folder_.result())) return;
-  reports::write_report(folder_);
   if (options_.json) {
     fmt::print("{}", datasets::read_whole(folder_.result()));
     progress_.say(fmt::format("Report: {}", folder_.report().string()));

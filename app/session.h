@@ -23,12 +23,18 @@ class Session {
   Session(std::string verb,
           const CommonOptions& options,
           const std::filesystem::path& experiment_file);
+  // The same of an experiment that has been read.
+  Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment);
 
   void track();
   calibrate::Problem problem() const;
   // Where particles run out of a bin; films that cannot be measured are left out, with a warning.
   calibrate::BinProblem bin_problem();
-  // The embedded simulator behind the journal of this run.
+  // The embedded simulator: of the tracks, of the films of a bin.
+  calibrate::Scene scene(const calibrate::Problem& problem) const;
+  std::vector<calibrate::Scene> scenes(const calibrate::BinProblem& problem,
+                                       std::span<const std::size_t> films) const;
+  // That simulator behind the journal of this run.
   std::unique_ptr<calibrate::Ensemble> ensemble(const calibrate::Problem& problem,
                                                 calibrate::Journal& journal) const;
 
@@ -42,7 +48,9 @@ class Session {
   void add_film_warnings(std::vector<std::string>& warnings) const;
 
   void write_record() const;  // run.json
-  // Writes run.json, then makes the report where there is a result, and prints where it lies.
+  // Writes run.json, then makes the report where there is a result.
+  void write_report();
+  // That, and prints where the report lies.
   void finish();
   double seconds() const;
 
@@ -71,5 +79,8 @@ class Session {
   RunRecord record_;
   TrackedFilms films_;
 };
+
+// Indices of all films.
+std::vector<std::size_t> every_film(const calibrate::BinProblem& problem);
 
 }  // namespace graintruth::app

@@ -11,6 +11,16 @@ struct BinCalibrationResult : SearchResult {
   BinScore score;
 };
 
+// Simulations that a confirmation makes.
+int simulations_of_bin_confirmation(const BinProblem& problem, const CalibrationOptions& options);
+// How well the parameters that `search` has chosen predict every film, as a further stage of it.
+BinScore confirm_bin(const BinProblem& problem,
+                     Ensemble& all,
+                     const CalibrationOptions& options,
+                     Search& search);
+// All of it together; the evaluations in `found` are of this problem.
+BinCalibrationResult conclude_bin(const BinProblem& problem, SearchResult found, BinScore score);
+
 // `searched` simulates the films that are calibrated on, `all` every film; both on one journal.
 // Throws TooManyFailures.
 BinCalibrationResult calibrate_bin(const BinProblem& problem,

@@ -63,6 +63,7 @@ class BinComparison final : public Comparison {
   // kinematic B of each orifice.
   double objective(std::span<const SimulatedRun> runs) const override;
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;
+  std::size_t residual_count() const override { return kinds_.size(); }
   double loss(std::span<const double> residuals) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
   // By the smooth form: one orifice tells no law.

@@ -53,24 +53,24 @@ void warn_of_step(CalibrationResult& result) {
 
 }  // namespace
 
-CalibrationResult calibrate(const Problem& problem,
-                            Ensemble& ensemble,
-                            const CalibrationOptions& options) {
-  const auto frictions = static_cast<int>(thesis_frictions.size());
-  Search search(
-      problem.experiment, ensemble, options, (1 + 2 + frictions) * options.confirmation_seeds);
-  search.run();
+int simulations_of_confirmation(const CalibrationOptions& options) {
+  return (1 + 2 + static_cast<int>(thesis_frictions.size())) * options.confirmation_seeds;
+}
+
+Confirmation confirm(const Problem& problem,
+                     Ensemble& ensemble,
+                     const CalibrationOptions& options,
+                     Search& search) {
   const EvaluationPoint winner{search.parameters(), search.time_step_fraction()};
   const auto seeds = make_seeds(options.seed, "confirmation", options.confirmation_seeds);
+  Confirmation confirmed;
 
   // The score of the winner, on seeds that no choice has seen
-  Score winner_score;
   search.timed("confirmation", [&] {
-    winner_score = score(problem, ensemble, "confirmation", winner, seeds, search.reporter());
-    search.count({&winner_score.evaluation, 1});
+    confirmed.score = score(problem, ensemble, "confirmation", winner, seeds, search.reporter());
+    search.count({&confirmed.score.evaluation, 1});
   });
   // The same at half the time step
-  HalfStepCheck half_step;
   search.timed("half the time step", [&] {
     const Score half = score(problem,
                              ensemble,
@@ -79,13 +79,13 @@ CalibrationResult calibrate(const Problem& problem,
                              seeds,
                              search.reporter(2.0));
     search.count({&half.evaluation, 1});
-    half_step = {winner_score.evaluation.objective - half.evaluation.objective,
-                 std::hypot(problem.comparison->noise(winner_score.evaluation.runs),
-                            problem.comparison->noise(half.evaluation.runs)),
-                 winner_score.student.percent - half.student.percent};
+    const Evaluation& whole = confirmed.score.evaluation;
+    confirmed.half_step = {whole.objective - half.evaluation.objective,
+                           std::hypot(problem.comparison->noise(whole.runs),
+                                      problem.comparison->noise(half.evaluation.runs)),
+                           confirmed.score.student.percent - half.student.percent};
   });
   // The thesis's four frictions, all else at the winner's, for its figure 4.4
-  std::vector<FrictionRow> rows;
   search.timed("friction series", [&] {
     std::vector<EvaluationPoint> points(thesis_frictions.size(), winner);
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -94,20 +94,32 @@ CalibrationResult calibrate(const Problem& problem,
     search.count(evaluations);
     for (const Evaluation& evaluation : evaluations) {
       if (2 * evaluation.failed <= static_cast<int>(evaluation.runs.size()))
-        rows.push_back(friction_row(problem, evaluation));
+        confirmed.friction_rows.push_back(friction_row(problem, evaluation));
     }
   });
+  return confirmed;
+}
 
-  CalibrationResult result{search.finish()};
-  result.objective_noise = problem.comparison->noise(winner_score.evaluation.runs);
-  result.score = std::move(winner_score);
+CalibrationResult conclude(const Problem& problem,
+                           const CalibrationOptions& options,
+                           SearchResult found,
+                           Confirmation confirmed) {
+  CalibrationResult result{std::move(found), std::move(confirmed)};
+  result.objective_noise = problem.comparison->noise(result.score.evaluation.runs);
   result.context = score_context(problem, options.confirmation_seeds);
-  result.friction_rows = std::move(rows);
-  result.half_step = half_step;
   result.influence = influence_of_each(*problem.comparison, result.evaluations);
   warn_of_bad_fit(result);
   warn_of_step(result);
   return result;
+}
+
+CalibrationResult calibrate(const Problem& problem,
+                            Ensemble& ensemble,
+                            const CalibrationOptions& options) {
+  Search search(problem.experiment, ensemble, options, simulations_of_confirmation(options));
+  search.run();
+  Confirmation confirmed = confirm(problem, ensemble, options, search);
+  return conclude(problem, options, search.finish(), std::move(confirmed));
 }
 
 }  // namespace graintruth::calibrate

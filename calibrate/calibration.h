@@ -25,13 +25,30 @@ struct HalfStepCheck {
   double agreement_change = 0.0;  // percentage points, Student
 };
 
-struct CalibrationResult : SearchResult {
+// What fresh simulations say of the parameters that a search has chosen.
+struct Confirmation {
   Score score;
   HalfStepCheck half_step;
-  std::vector<InfluenceRow> influence;
-  ScoreContext context;
   std::vector<FrictionRow> friction_rows;
 };
+
+struct CalibrationResult : SearchResult, Confirmation {
+  std::vector<InfluenceRow> influence;
+  ScoreContext context;
+};
+
+// Simulations that a confirmation makes.
+int simulations_of_confirmation(const CalibrationOptions& options);
+// As further stages of `search`, which has run.
+Confirmation confirm(const Problem& problem,
+                     Ensemble& ensemble,
+                     const CalibrationOptions& options,
+                     Search& search);
+// All of it together; the evaluations in `found` are of this problem.
+CalibrationResult conclude(const Problem& problem,
+                           const CalibrationOptions& options,
+                           SearchResult found,
+                           Confirmation confirmed);
 
 // Deterministic in the problem, the options and the ensemble's simulator; resumes by being run
 // again on the same journal. Throws TooManyFailures.

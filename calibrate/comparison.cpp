@@ -4,6 +4,14 @@
 
 namespace graintruth::calibrate {
 
+void count_runs(Evaluation& evaluation) {
+  for (const SimulatedRun& run : evaluation.runs) {
+    evaluation.failed += run.status != RunStatus::completed;
+    evaluation.retried += run.status == RunStatus::completed && !run.message.empty();
+    evaluation.seconds += run.seconds;
+  }
+}
+
 double jackknife_error(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
   if (values.size() < 2) return 0.0;

@@ -24,6 +24,9 @@ struct Evaluation {
   double seconds = 0.0;    // processor time of its simulations
 };
 
+// Counts the runs of an evaluation that failed or were retried, and their processor time.
+void count_runs(Evaluation& evaluation);
+
 struct BootstrapOptions {
   int draws = 300;
   std::uint64_t seed = 1;
@@ -43,8 +46,9 @@ class Comparison {
   // Of the runs of one evaluation together; is minimised. Never NaN, whatever failed.
   virtual double objective(std::span<const SimulatedRun> runs) const = 0;
   // What the objective is a loss of: simulated minus measured, in units of what replicates know.
-  // As many, in the same order, for all runs; empty where most failed.
+  // residual_count() of them in the same order for all runs; empty where most failed.
   virtual std::vector<double> residuals(std::span<const SimulatedRun> runs) const = 0;
+  virtual std::size_t residual_count() const = 0;
   // The objective of runs with these residuals.
   virtual double loss(std::span<const double> residuals) const = 0;
   // Standard deviation of the objective that comes from the seeds alone: delete-one jackknife.

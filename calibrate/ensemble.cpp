@@ -95,11 +95,7 @@ SimulatedRun Ensemble::run_once(const std::string& stage,
 }
 
 void Ensemble::summarise(Evaluation& evaluation) const {
-  for (const SimulatedRun& run : evaluation.runs) {
-    evaluation.failed += run.status != RunStatus::completed;
-    evaluation.retried += run.status == RunStatus::completed && !run.message.empty();
-    evaluation.seconds += run.seconds;
-  }
+  count_runs(evaluation);
   evaluation.objective = comparison_->objective(evaluation.runs);
 }
 

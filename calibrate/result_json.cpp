@@ -74,12 +74,14 @@ Json time_step_json(const TimeStepChoice& choice) {
 }  // namespace
 
 Json head_json(const datasets::Experiment& experiment, const char* kind) {
-  return {{"status", "done"},
-          {"message", ""},
-          {"experiment", experiment.name},
-          {"title", experiment.title},
-          {"note", experiment.note},
-          {"kind", kind}};
+  Json json = {{"status", "done"},
+               {"message", ""},
+               {"experiment", experiment.name},
+               {"title", experiment.title},
+               {"note", experiment.note},
+               {"kind", kind}};
+  if (!experiment.part_of.empty()) json["part_of"] = experiment.part_of;
+  return json;
 }
 
 void write_json(const std::filesystem::path& file, const Json& json) {

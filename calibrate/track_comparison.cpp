@@ -96,6 +96,10 @@ std::vector<double> TrackComparison::residuals(std::span<const SimulatedRun> run
   return calibrate::residuals(target_.mean, target_.widths, mean);
 }
 
+std::size_t TrackComparison::residual_count() const {
+  return calibrate::residuals(target_.mean, target_.widths, target_.mean).size();
+}
+
 double TrackComparison::loss(std::span<const double> residuals) const {
   return mean_loss(form(), residuals);
 }

@@ -26,6 +26,7 @@ class TrackComparison final : public Comparison {
   // lucky few says nothing of these parameters.
   double objective(std::span<const SimulatedRun> runs) const override;
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;
+  std::size_t residual_count() const override;
   double loss(std::span<const double> residuals) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;

@@ -31,7 +31,8 @@ struct EllipticalPlate {
   double semi_minor = 0.0;  // m
   double thickness = 0.0;   // m, along y
 
-  // A disc looks the same however it turns: the outline of what is rounder than this tells no angle.
+  // A disc looks the same however it turns: the outline of what is rounder than this tells no
+  // angle.
   bool shows_angle() const { return semi_major > 1.05 * semi_minor; }
 };
 
@@ -158,6 +159,7 @@ struct Experiment {
   std::string name;  // stem of the file: names the run folder
   std::string title;
   std::string note;  // provenance that every report must repeat, e.g. that films are synthetic
+  std::string part_of;  // title of the joint calibration that it is read for; empty: none
   Particle particle;
   Material material;
   Rig rig;
@@ -169,6 +171,10 @@ struct Experiment {
   TimeStepRule time_step_rule = TimeStepRule::gate;
   ObjectiveForm objective = ObjectiveForm::smooth;
 };
+
+// The name that an experiment file gives to its run: its stem, or that of its folder where the file
+// is called experiment.toml.
+std::string experiment_name(const std::filesystem::path& file);
 
 // Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key
 // for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does

@@ -52,7 +52,13 @@ TableView run_table(const RunData& data) {
 std::vector<std::string> missing_files(const RunData& data) {
   const datasets::RunFolder& folder = data.folder;
   std::vector<std::string> missing;
-  for (const auto& file : {folder.result(), folder.measured(), folder.tracking(), folder.journal()})
+  std::vector<std::filesystem::path> expected = {folder.result()};
+  if (!data.is_part()) expected.push_back(folder.journal());
+  if (!data.is_joint()) {
+    expected.push_back(folder.measured());
+    expected.push_back(folder.tracking());
+  }
+  for (const auto& file : expected)
     if (!std::filesystem::exists(file)) missing.push_back(file.filename().string());
   return missing;
 }
@@ -96,10 +102,11 @@ Section provenance_section(const RunData& data, Section section) {
         "jobs:");
     section.add_code(command);
   }
-  section.add_paragraph(
+  section.add_paragraph(fmt::format(
       "This page is made from the run folder alone, by graintruth report with that folder. Every "
-      "table on it lies in "
-      "the folder's tables/ as CSV, in SI units, and every simulation has a row in journal.csv.");
+      "table on it lies in the folder's tables/ as CSV, in SI units, and every simulation has a "
+      "row in journal.csv{}.",
+      data.is_part() ? " of the folder above it" : ""));
   const Json& configuration = at(data.run, {"configuration"});
   if (!configuration.is_null()) {
     section.add_folded_code("The resolved configuration",

@@ -21,7 +21,9 @@ std::string kind_of(const RunData& data) {
 constexpr const char* reload_pause = "10";  // s; of the page of a run under way
 
 Section method_section(const RunData& data, Section section) {
-  section.add_template(data.is_flow() ? "method_flow" : "method",
+  section.add_template(data.is_joint()  ? "method_joint"
+                       : data.is_flow() ? "method_flow"
+                                        : "method",
                        {{"calibration", data.is_calibration()}});
   return section;
 }
@@ -30,25 +32,39 @@ struct Part {
   const char* id;
   const char* heading;
   Section (*filled)(const RunData& data, Section section);
-  bool needs_result = true;                          // left out while the run is under way
-  enum class Of { any, tracks, flow } of = Of::any;  // calibration
+  bool needs_result = true;  // left out while the run is under way
+  // Kinds of runs; `one` is any of a single experiment
+  enum class Of { any, one, tracks, flow, joint } of = Of::any;
 
   bool belongs(const RunData& data) const {
-    if (of != Of::any && data.is_flow() != (of == Of::flow)) return false;
-    return !needs_result || !data.is_under_way();
+    if (needs_result && data.is_under_way()) return false;
+    switch (of) {
+      case Of::any:
+        return true;
+      case Of::one:
+        return !data.is_joint();
+      case Of::tracks:
+        return !data.is_joint() && !data.is_flow();
+      case Of::flow:
+        return data.is_flow();
+      case Of::joint:
+        return data.is_joint();
+    }
+    return true;
   }
 };
 
 // In the order in which the reader meets them.
 constexpr Part parts[] = {
     {"parameters", "Parameters", parameters_section},
+    {"experiments", "Experiments", experiments_section, true, Part::Of::joint},
     {"flow", "Flow out of the bin", flow_section, true, Part::Of::flow},
     {"agreement", "Agreement", agreement_section, true, Part::Of::tracks},
     {"tracks", "Tracks", tracks_section, true, Part::Of::tracks},
     {"search", "Search", search_section, false},
     {"rms", "RMS distance against friction", rms_section, true, Part::Of::tracks},
     {"time-step", "Time step", time_step_section},
-    {"films", "Films and tracking", films_section, false},
+    {"films", "Films and tracking", films_section, false, Part::Of::one},
     {"method", "Method and definitions", method_section, false},
     {"provenance", "Provenance", provenance_section, false}};
 

@@ -47,7 +47,13 @@ bool RunData::is_flow() const {
   return kind == "bin_calibration" || kind == "bin_validation";
 }
 
+bool RunData::is_joint() const { return text(result, {"kind"}) == "joint_calibration"; }
+
+bool RunData::is_part() const { return !text(result, {"part_of"}).empty(); }
+
 bool RunData::has_held_out() const {
+  for (const Json& experiment : list(result, {"experiments"}))
+    if (number(experiment, {"held_out_orifices"}) > 0.0) return true;
   const Json& rows = list(result, {"comparison"});
   return std::any_of(
       rows.begin(), rows.end(), [](const Json& row) { return at(row, {"held_out"}) == true; });

@@ -29,6 +29,8 @@ struct RunData {
   bool is_under_way() const { return !progress.is_null(); }
   bool is_calibration() const;  // false: a comparison at given parameters
   bool is_flow() const;         // of what runs out of a bin, not of tracks
+  bool is_joint() const;        // of several experiments, each with a page of its own
+  bool is_part() const;         // of a joint calibration, which has the journal
   bool has_held_out() const;    // something was predicted that the search never saw
   // tables/<name>.csv; nothing when it is absent or has no rows.
   std::optional<datasets::Table> table(std::string_view name) const;

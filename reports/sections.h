@@ -9,10 +9,13 @@ namespace graintruth::reports {
 Json verdict_view(const RunData& data);  // verdict.mustache: what came out, and how to read it
 // What the flow section shows, in sentences; empty where no flow was compared.
 std::vector<std::string> flow_sentences(const RunData& data);
+// What the experiments section shows; empty unless several were calibrated together.
+std::vector<std::string> experiment_sentences(const RunData& data);
 
 // Each fills the empty section that it is given. Throws datasets::InputError when a table that it
 // needs cannot be understood.
 Section parameters_section(const RunData& data, Section section);
+Section experiments_section(const RunData& data, Section section);
 Section flow_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);

@@ -20,9 +20,8 @@ void TableView::add_total(std::vector<std::string> cells) {
 
 void TableView::drop_empty_columns() {
   for (std::size_t column = columns_.size(); column-- > 0;) {
-    if (std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
-          return !row.cells[column].empty();
-        }))
+    if (std::any_of(
+            rows_.begin(), rows_.end(), [&](const Row& row) { return !row.cells[column].empty(); }))
       continue;
     const auto at = static_cast<std::ptrdiff_t>(column);
     columns_.erase(columns_.begin() + at);

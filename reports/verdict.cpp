@@ -271,7 +271,8 @@ Json verdict_view(const RunData& data) {
                                single_run_sentence(agreement)})
     if (!sentence.empty()) sentences.push_back(std::move(sentence));
   for (std::string& sentence : flow_sentences(data)) sentences.push_back(std::move(sentence));
-  if (!agreement.is_object() && !data.is_flow())
+  for (std::string& sentence : experiment_sentences(data)) sentences.push_back(std::move(sentence));
+  if (!agreement.is_object() && !data.is_flow() && !data.is_joint())
     sentences.emplace_back("No agreement with tracks was computed in this run.");
   if (!data.has_held_out())
     sentences.emplace_back(

@@ -29,6 +29,7 @@ class CurveComparison final : public calibrate::Comparison {
   double objective(std::span<const calibrate::SimulatedRun> runs) const override;
   // S - D, percentage points.
   std::vector<double> residuals(std::span<const calibrate::SimulatedRun> runs) const override;
+  std::size_t residual_count() const override { return points_.size(); }
   double loss(std::span<const double> residuals) const override;
   double noise(std::span<const calibrate::SimulatedRun> runs) const override;
   calibrate::RunScore score_run(const calibrate::SimulatedRun& run,

@@ -46,6 +46,36 @@ TEST_F(BadInput, UnknownKeyGetsTheNearestSpelling) {
                  {"experiment.toml:", "camera.notd_event_s", "'noted_event_s'"});
 }
 
+TEST_F(BadInput, JointOfOne) {
+  folder_.write("rep.toml", film_experiment());
+  expect_refusal(calibrate("title = \"One\"\n[[experiment]]\nfile = \"rep.toml\"\n"
+                           "[tune]\nrestitution = {lower = 0.3, upper = 0.9}\n"),
+                 {"experiment.toml", "'experiment'", "at least 2"});
+}
+
+TEST_F(BadInput, JointOfOtherGrains) {
+  folder_.write("first.toml", film_experiment());
+  folder_.write(
+      "second.toml",
+      with(film_experiment(), "friction_particle_wall = 0.35", "friction_particle_wall = 0.25"));
+  const std::string joint =
+      "title = \"Two\"\n[[experiment]]\nfile = \"first.toml\"\n"
+      "[[experiment]]\nfile = \"second.toml\"\n"
+      "[tune]\nrestitution = {lower = 0.3, upper = 0.9}\n";
+  expect_refusal(calibrate(joint),
+                 {"experiment.toml:", "material.friction_particle_wall of 0.25", "0.35"});
+  folder_.write("second.toml", film_experiment());
+  expect_refusal(calibrate(with(joint, "second.toml", "first.toml")),
+                 {"second experiment called 'first'"});
+  expect_refusal(calibrate(with(joint, "second.toml", "third.toml")), {"third.toml", "no such"});
+}
+
+TEST_F(BadInput, JointFileWhereOneExperimentIsNeeded) {
+  const auto file = folder_.write("joint.toml", "title = \"Two\"\n[[experiment]]\n");
+  expect_refusal(run_program({"track", file.string(), "--out", out()}),
+                 {"joint.toml", "calibrated together", "'calibrate' and 'check'"});
+}
+
 TEST_F(BadInput, NegativeFriction) {
   expect_refusal(
       calibrate(with(

@@ -40,10 +40,8 @@ TEST_F(CheckAndNew, TheBinsTemplateIsReadyOnceItsFilmsAreThere) {
   const std::string experiment = rig / "experiment.toml";
   EXPECT_EQ(run_program({"check", experiment, "--out", out()}).status, 2);  // no films yet
   if (!std::filesystem::exists(films)) GTEST_SKIP() << films << " is not here";
-  for (const char* name : {"orifice075_rep1.mp4",
-                           "orifice075_rep2.mp4",
-                           "orifice085_rep1.mp4",
-                           "orifice100_rep1.mp4"})
+  for (const char* name :
+       {"orifice075_rep1.mp4", "orifice075_rep2.mp4", "orifice085_rep1.mp4", "orifice100_rep1.mp4"})
     std::filesystem::create_symlink(films / name, rig / name);
   const ProgramOutcome check = run_program({"check", experiment, "--out", out()});
   EXPECT_EQ(check.status, 0) << check.out << check.err;

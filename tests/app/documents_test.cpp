@@ -92,7 +92,9 @@ TEST(Documents, ExamplesUseOptionsThatTheirVerbHas) {
 // Keys by their stems: what the reader of experiment files asks for, and what docs/experiment.md
 // shows with a unit, or in a list of keys.
 TEST(Documents, TellEveryKeyOfAnExperimentFileAndNoOther) {
-  const std::string reader = content_of(source() / "datasets/experiment.cpp");
+  std::string reader;
+  for (const char* file : {"experiment.cpp", "joint_experiment.cpp", "tuned_parameters.cpp"})
+    reader += content_of(source() / "datasets" / file);
   Words keys = found(reader,
                      std::regex("(?:quantity|whole_number|text|section|sections|rows|numbers|flag)"
                                 "\\(\\s*\"([a-z_]+)\""));

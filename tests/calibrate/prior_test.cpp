@@ -59,6 +59,7 @@ class ParabolaComparison final : public Comparison {
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override {
     return parabola_.residuals(parameters_of(runs));
   }
+  std::size_t residual_count() const override { return parabola_.residuals({}).size(); }
   double loss(std::span<const double> residuals) const override { return Parabola::of(residuals); }
   double noise(std::span<const SimulatedRun>) const override { return 1e-5; }
   RunScore score_run(const SimulatedRun& run, std::size_t) const override {

@@ -8,6 +8,7 @@ namespace graintruth::calibrate {
 class StubComparison : public Comparison {
  public:
   std::vector<double> residuals(std::span<const SimulatedRun>) const override { return {}; }
+  std::size_t residual_count() const override { return 0; }
   double loss(std::span<const double>) const override { return 0.0; }
   double noise(std::span<const SimulatedRun>) const override { return 0.0; }
   RunScore score_run(const SimulatedRun&, std::size_t) const override { return {}; }

@@ -1,0 +1,107 @@
+#include "datasets/joint_experiment.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "datasets/toml_section.h"
+#include "datasets/tuned_parameters.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+JointPart read_part(TomlSection& section, const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / section.text("file");
+  if (!std::filesystem::is_regular_file(file))
+    section.fail("file", fmt::format("names '{}', but there is no such file", file.string()));
+  JointPart part{load_experiment(file)};
+  if (const auto name = section.optional_text("name")) {
+    if (name->empty() || name->find('/') != std::string::npos)
+      section.fail("name", "must be a plain file name");
+    part.experiment.name = *name;
+  }
+  part.weight = section.optional_quantity("weight", plain, positive).value_or(1.0);
+  section.finish();
+  return part;
+}
+
+void require_same_bench(const TomlSection& section,
+                        const Experiment& first,
+                        const Experiment& other) {
+  for (const char* name : parameter_names) {
+    const double here = bench_value(other.material, name).value;
+    const double there = bench_value(first.material, name).value;
+    if (here == there) continue;
+    section.fail("file",
+                 fmt::format("gives a material.{} of {:.4g}, where {} has {:.4g}; experiments that "
+                             "are calibrated together have the same grains and walls",
+                             name,
+                             here,
+                             first.file.string(),
+                             there));
+  }
+}
+
+// Where films come from must be said on every page, so parts that say it are repeated.
+std::string joined_notes(const std::string& own, const std::vector<JointPart>& parts) {
+  std::string notes = own;
+  for (const JointPart& part : parts) {
+    const std::string& note = part.experiment.note;
+    if (note.empty() || notes.find(note) != std::string::npos) continue;
+    notes += notes.empty() ? note : " " + note;
+  }
+  return notes;
+}
+
+}  // namespace
+
+bool is_joint(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file);
+  return parsed.contains("experiment") && !parsed.contains("particle");
+}
+
+JointExperiment load_joint_experiment(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file);
+  TomlSection root(parsed, file, "");
+  JointExperiment joint;
+  const std::string title = root.text("title");
+  const std::string note = root.optional_text("note").value_or("");
+
+  // 1. The experiments
+  std::set<std::string> names;
+  for (TomlSection& section : root.sections("experiment")) {
+    JointPart part = read_part(section, file.parent_path());
+    if (!joint.parts.empty())
+      require_same_bench(section, joint.parts.front().experiment, part.experiment);
+    if (!names.insert(part.experiment.name).second) {
+      section.fail(section.has("name") ? "name" : "file",
+                   fmt::format("makes a second experiment called '{}'; give one of them a name",
+                               part.experiment.name));
+    }
+    joint.parts.push_back(std::move(part));
+  }
+  if (joint.parts.size() < 2)
+    root.fail("experiment", "is given once, but at least 2 experiments are calibrated together");
+
+  // 2. What is sought in all of them
+  joint.common = joint.parts.front().experiment;
+  joint.common.file = file;
+  joint.common.name = experiment_name(file);
+  joint.common.title = title;
+  joint.common.note = joined_notes(note, joint.parts);
+  joint.common.tuned.clear();
+  joint.common.time_step_rule = TimeStepRule::gate;
+  joint.common.objective = ObjectiveForm::smooth;
+  read_tuned(root.section("tune"), joint.common);
+  root.finish();
+  for (JointPart& part : joint.parts) {
+    part.experiment.part_of = title;
+    part.experiment.tuned = joint.common.tuned;
+    part.experiment.time_step_rule = joint.common.time_step_rule;
+    part.experiment.objective = joint.common.objective;
+  }
+  return joint;
+}
+
+}  // namespace graintruth::datasets
