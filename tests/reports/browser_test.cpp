@@ -104,6 +104,18 @@ TEST_F(BrowserPage, DrawsTheFlowOutOfABin) {
     EXPECT_NE(seen.document.find(fmt::format("id=\"{}\"", id)), std::string::npos) << id;
 }
 
+TEST_F(BrowserPage, DrawsTheSearchOfSeveralExperiments) {
+  const datasets::RunFolder joint = tests::write_fixture_joint_run(root_ / "joint");
+  write_report(joint);
+  const Visit seen = visit(joint.report(), root_ / "browser");
+  EXPECT_EQ(seen.status, 0);
+  EXPECT_EQ(seen.console, "");
+  const int figures = count_of(seen.document, "<figure class=\"plot\"");
+  EXPECT_GE(figures, 3);
+  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
+            std::string::npos);
+}
+
 // Guards the tests above: a request that the page's policy refuses must show in the console.
 TEST_F(BrowserPage, WouldBeRefusedTheNetwork) {
   std::string page = build_report(folder_);

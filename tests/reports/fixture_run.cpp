@@ -458,4 +458,33 @@ datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
   return folder;
 }
 
+datasets::RunFolder write_fixture_joint_run(const std::filesystem::path& root) {
+  const datasets::RunFolder folder = write_fixture_run(root);
+  for (const char* name : {"agreement", "ranks", "bands", "rms_friction"})
+    std::filesystem::remove(folder.table(name));
+  for (const auto& file : {folder.measured(), folder.tracking()}) std::filesystem::remove(file);
+  Json json = result();
+  json["kind"] = "joint_calibration";
+  json.erase("agreement");
+  json["experiments"] = {{{"name", "piston"},
+                          {"title", "Balls <on> a piston"},
+                          {"compared", "tracks"},
+                          {"replicates", 5},
+                          {"weight", 1.0},
+                          {"objective", 0.3},
+                          {"agreement_percent_student_t", 87.2},
+                          {"ceiling_percent_student_t", 91.4}},
+                         {{"name", "bin"},
+                          {"title", "Out of a bin"},
+                          {"compared", "flow"},
+                          {"replicates", 9},
+                          {"weight", 2.0},
+                          {"objective", 0.35},
+                          {"mean_signed_error", -0.021},
+                          {"orifices", 4},
+                          {"held_out_orifices", 1}}};
+  write_json(folder.result(), json);
+  return folder;
+}
+
 }  // namespace graintruth::tests
