@@ -117,7 +117,7 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
                     phrase,
                     reason,
                     is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
-                    value_text(parameter))
+                    value_text(parameter) + (is_at_bench(parameter) ? "" : ","))
               : fmt::format(
                     "The {} is not identified: {}; its value {} and interval {} rest on priors.",
                     phrase,
