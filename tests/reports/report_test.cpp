@@ -238,7 +238,7 @@ TEST_F(Report, SaysSoWhereAnOptionalFileIsAbsent) {
                                "(tables/evaluations.csv) is absent",
                                "No profiles (tables/profile.csv)",
                                "(tables/rms_friction.csv) was not computed",
-                               "No film was tracked in this run"})
+                               "tracking.json is absent, empty or cannot be read"})
     EXPECT_NE(page.find(sentence), std::string::npos) << sentence;
   EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 3);  // parameters, scores, time step
 }
@@ -299,7 +299,10 @@ TEST_F(Report, FollowsARunThatIsUnderWay) {
   EXPECT_EQ(page.find("0.1234"), std::string::npos) << "shows the result of an earlier run";
   EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 2);  // both of the search
   EXPECT_EQ(page.find("<section id=\"agreement\""), std::string::npos);
+  EXPECT_EQ(page.find("What the intervals rest on"), std::string::npos);
 
+  std::filesystem::remove(folder_.unfinished_table("evaluations"));
+  EXPECT_NE(build_report(folder_).find("No evaluation has ended yet."), std::string::npos);
   datasets::remove_progress(folder_);
   EXPECT_EQ(build_report(folder_).find("http-equiv=\"refresh\""), std::string::npos);
 }
@@ -334,6 +337,40 @@ TEST_F(Report, SaysWhichFileIsMissing) {
     EXPECT_NE(page.find(file.filename().string()), std::string::npos) << file;
     datasets::write_whole(file, content);
   }
+}
+
+TEST_F(Report, SaysWhichPictureOrJournalIsCutOff) {
+  const std::string before = build_report(folder_);
+  EXPECT_EQ(before.find("cut off"), std::string::npos);
+  const std::filesystem::path picture = root_ / "tracks/rep1.first.jpg";
+  const std::string content = datasets::read_whole(picture);
+  datasets::write_whole(picture, content.substr(0, content.size() / 2));
+  // Two pages of 4096 bytes, says the head
+  std::string journal("SQLite format 3\0\x10\0", 18);
+  journal.resize(2 * 4096);
+  journal[31] = 2;
+  datasets::write_whole(folder_.journal(), journal);
+  std::string page = build_report(folder_);
+  EXPECT_NE(page.find("Annotated frames that were cut off: tracks/rep1.first.jpg."),
+            std::string::npos);
+  EXPECT_EQ(page.find("journal.db was cut off"), std::string::npos);
+  journal.resize(5000);
+  datasets::write_whole(folder_.journal(), journal);
+  page = build_report(folder_);
+  EXPECT_NE(page.find("journal.db was cut off"), std::string::npos);
+}
+
+// Where no difference is allowed to a compatible value, there is no limit to draw.
+TEST_F(Report, DrawsAProfileWithoutALimit) {
+  const std::filesystem::path file = root_ / "tables/profile.csv";
+  EXPECT_NE(build_report(folder_).find("Values below the dashed line"), std::string::npos);
+  datasets::write_whole(file,
+                        "parameter,value,objective,excess,allowed_excess,compatible\n"
+                        "friction_particle_wall,0.1,1.5,0.5,0,0\n"
+                        "friction_particle_wall,0.2,1,0,0,1\n");
+  const std::string page = build_report(folder_);
+  EXPECT_EQ(page.find("Values below the dashed line"), std::string::npos);
+  EXPECT_NE(page.find("explain none of these differences"), std::string::npos);
 }
 
 // Cut off, emptied, or with bytes that nobody wrote: a page all the same.
