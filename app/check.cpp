@@ -30,8 +30,12 @@ struct Findings {
   std::vector<std::string> doubtful;
 };
 
-constexpr double trial_time_limit = 30.0;    // s for the one simulation that is timed
-constexpr int usual_replicates = 5;          // the thesis's number; t falls slowly from there on
+constexpr double trial_time_limit = 30.0;  // s for the one simulation that is timed
+constexpr int usual_replicates = 5;        // the thesis's number; t falls slowly from there on
+// Of a bin: nine films of 200 plates took half an hour on two cores, 3 s a simulation. Beside the
+// evaluations of the search there are the time step, the choice and the confirmation.
+constexpr double bin_seconds_per_plate = 3.0 / 200.0;
+constexpr double bin_overhead = 2.0;
 constexpr double blurred_residual = 0.5e-3;  // m; ten times what well placed dots leave
 
 double last_time(const Experiment& experiment) {
@@ -83,7 +87,7 @@ void print_what(const Experiment& experiment) {
 void check_search(const Experiment& experiment, Findings& findings) {
   const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
   const auto count = static_cast<int>(experiment.replicates.size());
-  if (count < usual_replicates) {
+  if (count < usual_replicates && !experiment.rig.bin) {  // a bin's films differ in their orifices
     doubt(fmt::format(
         "{} replicates make wide intervals; {} or more are usual.", count, usual_replicates));
   }
@@ -275,7 +279,7 @@ Findings look_at(const CheckCommand& command,
     if (!replicate.video.empty()) {
       const Experiment recorded =
           tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
-      check_film(recorded, replicate, out / "check" / (replicate.name + ".jpg"), findings);
+      check_film(recorded, replicate, out / "check" / (replicate.name + ".png"), findings);
       continue;
     }
     try {
@@ -318,11 +322,17 @@ Findings look_at(const CheckCommand& command,
   // 3. What it will cost
   if (findings.missing.empty() && experiment.rig.bin) {
     const int budget = command.budget > 0 ? command.budget : calibrate::bin_options().budget;
+    const int jobs = threads_of(command.common);
+    const double seconds = bin_seconds_per_plate * experiment.particle.count;
     fmt::print(
-        "to come     a simulation of every film for each of {} evaluations; 200 plates take some 3 "
-        "s "
-        "a film, so nine films about half an hour on 2 cores, besides tracking\n",
-        budget);
+        "to come     a simulation of every film for each of {} evaluations; {} particles take some "
+        "{:.2g} s a film, so these {} film(s) about {} on {} core(s), besides tracking\n",
+        budget,
+        experiment.particle.count,
+        seconds,
+        experiment.replicates.size(),
+        duration_text(bin_overhead * budget * seconds * experiment.replicates.size() / jobs),
+        jobs);
   } else if (findings.missing.empty()) {
     estimate(command, experiment, starts_of(experiment, tracks), findings);
   }
@@ -366,7 +376,10 @@ int run_check(const CheckCommand& command) {
     missing = look_at(command, experiment, folder_for(command, experiment)).missing.size();
   }
   if (missing == 0) {
-    fmt::print("Ready: graintruth calibrate {}\n", command.experiment.string());
+    fmt::print("Ready: graintruth calibrate {}{}{}\n",
+               command.experiment.string(),
+               command.common.out.empty() ? "" : " --out " + command.common.out.string(),
+               command.budget > 0 ? fmt::format(" --budget {}", command.budget) : "");
     return 0;
   }
   throw datasets::InputError(fmt::format("{}: not ready, {} thing(s) are missing; see the list.",

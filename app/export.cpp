@@ -325,6 +325,7 @@ Files plain_tables(const datasets::RunFolder& folder) {
                     folder.root.string()));
   }
   values.set("has_tracks", !tracks.empty());
+  if (!tracks.empty()) values.set("first_track", tracks.front().filename().string());
   files.emplace_back("README.md", readme(values, "csv", "plain tables"));
   return files;
 }

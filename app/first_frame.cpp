@@ -66,14 +66,16 @@ void draw_starts(cv::Mat& picture,
       for (const Eigen::Vector2d& at : outline) points.emplace_back(pixel(at));
       cv::polylines(picture, points, true, particle_colour, 1, cv::LINE_AA);
     }
-    cv::putText(picture,
-                std::to_string(n + 1),
-                pixel(camera.project(start.x, start.z)),
-                cv::FONT_HERSHEY_SIMPLEX,
-                0.5,
-                particle_colour,
-                1,
-                cv::LINE_AA);
+    // Black on a broad white edge, to be read on balls of any colour.
+    const std::string number = std::to_string(n + 1);
+    const cv::Size size = cv::getTextSize(number, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr);
+    const cv::Point corner = cv::Point(pixel(camera.project(start.x, start.z))) +
+                             cv::Point(-size.width, size.height) / 2;
+    for (const auto& [colour, thickness] :
+         {std::pair(cv::Scalar::all(255), 4), {cv::Scalar(), 1}}) {
+      cv::putText(
+          picture, number, corner, cv::FONT_HERSHEY_SIMPLEX, 0.5, colour, thickness, cv::LINE_AA);
+    }
   }
 }
 

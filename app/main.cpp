@@ -52,6 +52,12 @@ CLI::App& add_verb(CLI::App& program, const char* name, const char* what, const 
   return verb;
 }
 
+std::vector<std::string> names_of_parts(const CLI::App& verb) {
+  std::vector<std::string> names;
+  for (const CLI::App* part : verb.get_subcommands({})) names.push_back(part->get_name());
+  return names;
+}
+
 // What is wrong with the command line, in one sentence.
 std::string complaint(const CLI::App& program,
                       int argc,
@@ -59,11 +65,22 @@ std::string complaint(const CLI::App& program,
                       const CLI::ParseError& error) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first.empty()) return "a verb is missing; 'graintruth --help' lists them";
-  std::vector<std::string> verbs;
-  for (const CLI::App* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
+  const std::vector<std::string> verbs = names_of_parts(program);
   const bool known = std::find(verbs.begin(), verbs.end(), first) != verbs.end();
   if (!known && !first.starts_with('-')) {
     return fmt::format("there is no verb '{}'; the verbs are {}", first, fmt::join(verbs, ", "));
+  }
+  if (known) {
+    const std::vector<std::string> parts = names_of_parts(*program.get_subcommand(first));
+    const std::string second = argc > 2 ? argv[2] : "";
+    if (!parts.empty() && !second.starts_with('-') &&
+        std::find(parts.begin(), parts.end(), second) == parts.end()) {
+      return fmt::format("'graintruth {}' is followed by {}{}; see 'graintruth {} --help'",
+                         first,
+                         fmt::join(parts, " or "),
+                         second.empty() ? "" : fmt::format(", not by '{}'", second),
+                         first);
+    }
   }
   std::string text = error.what();
   for (char& letter : text) letter = letter == '\n' ? ' ' : letter;
@@ -98,8 +115,9 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
   add_experiment(verb, command.experiment);
   verb.add_option("--out", command.common.out, "Folder for the pictures (default: out/<name>)")
       ->type_name("DIR");
-  verb.add_option("--budget", command.budget, "Evaluations that calibrate will be given")
-      ->capture_default_str()
+  verb.add_option("--budget",
+                  command.budget,
+                  "Evaluations that calibrate will be given (default: 120, for a bin 60)")
       ->check(CLI::Range(20, 100000));
   verb.add_option("--jobs", command.common.jobs, "Threads that calibrate will be given")
       ->check(CLI::Range(1, 1024));

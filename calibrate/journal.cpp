@@ -104,9 +104,14 @@ class Statement {
 
  private:
   [[noreturn]] void refuse() const {
-    throw datasets::InputError(fmt::format("{}: the journal cannot be used ({}).",
-                                           sqlite3_db_filename(database_, "main"),
-                                           sqlite3_errmsg(database_)));
+    const int code = sqlite3_errcode(database_);
+    throw datasets::InputError(
+        fmt::format("{}: the journal cannot be used ({}){}.",
+                    sqlite3_db_filename(database_, "main"),
+                    sqlite3_errmsg(database_),
+                    code == SQLITE_CORRUPT || code == SQLITE_NOTADB
+                        ? "; remove the file, and its simulations are run anew"
+                        : ""));
   }
 
   sqlite3* database_;

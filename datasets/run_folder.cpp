@@ -110,6 +110,10 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
 }
 
 std::string read_whole(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file)) {
+    throw InputError(
+        fmt::format("{}: this is a folder; name the file in it that is meant.", file.string()));
+  }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(fmt::format("{}: the file cannot be opened.", file.string()));
   std::ostringstream content;

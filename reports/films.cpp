@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <string_view>
 
 #include "reports/sections.h"
 #include "reports/words.h"
@@ -38,6 +39,11 @@ bool stays_inside(const std::filesystem::path& name) {
   return true;
 }
 
+// A JPEG file begins and ends with these marks (ITU T.81, table B.1).
+bool is_whole_picture(std::string_view content) {
+  return content.starts_with("\xFF\xD8") && content.ends_with("\xFF\xD9");
+}
+
 // "tracks/rep1.first.jpg" -> "first"
 std::string moment_of(const std::filesystem::path& name) {
   const std::string extension = name.stem().extension().string();
@@ -50,7 +56,7 @@ TableView film_table(const Json& replicates) {
                    {"Film", Align::left},
                    {"Grade", Align::left},
                    {"Frames"},
-                   {"Frames per second"},
+                   {"Frames tracked per second"},
                    {"Completeness"},
                    {"Gaps"},
                    {"Suspected swaps"},
@@ -95,8 +101,9 @@ Section films_section(const RunData& data, Section section) {
   const Json& replicates = list(data.tracking, {"replicates"});
   if (replicates.empty()) {
     section.add_absence(
-        "No film was tracked in this run (tracking.json is absent or empty): tracks or discharge "
-        "curves came ready-made, and their quality cannot be shown here.");
+        "The quality of films cannot be shown: tracking.json is absent, empty or cannot be read. "
+        "That is as it should be where no film was tracked, because tracks or discharge curves "
+        "came ready-made.");
     return section;
   }
   section.add_paragraph(
@@ -110,6 +117,7 @@ Section films_section(const RunData& data, Section section) {
   std::vector<std::string> warnings;
   std::vector<Picture> pictures;
   std::vector<std::string> missing;
+  std::vector<std::string> damaged;
   for (const Json& replicate : replicates) {
     const std::string name = text(replicate, {"name"});
     for (const Json& warning : list(replicate, {"warnings"}))
@@ -123,8 +131,13 @@ Section films_section(const RunData& data, Section section) {
         missing.push_back(listed.get<std::string>());
         continue;
       }
+      const std::string content = datasets::read_whole(file);
+      if (!is_whole_picture(content)) {
+        damaged.push_back(listed.get<std::string>());
+        continue;
+      }
       pictures.push_back({fmt::format("{}: {} frame", name, moment_of(picture)),
-                          "data:image/jpeg;base64," + base64(datasets::read_whole(file))});
+                          "data:image/jpeg;base64," + base64(content)});
     }
   }
   section.add_warnings(warnings);
@@ -139,7 +152,10 @@ Section films_section(const RunData& data, Section section) {
   if (!missing.empty()) {
     section.add_absence(
         fmt::format("Annotated frames that the run lists but does not hold: {}.", joined(missing)));
-  } else if (pictures.empty()) {
+  }
+  if (!damaged.empty())
+    section.add_absence(fmt::format("Annotated frames that were cut off: {}.", joined(damaged)));
+  if (pictures.empty() && missing.empty() && damaged.empty()) {
     section.add_absence("This run left no annotated frames behind.");
   }
   return section;

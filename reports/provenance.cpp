@@ -1,8 +1,13 @@
 // Where the numbers come from, and how to get them again.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <string>
+#include <string_view>
 
 #include "reports/sections.h"
 #include "reports/words.h"
@@ -63,16 +68,41 @@ std::vector<std::string> missing_files(const RunData& data) {
   return missing;
 }
 
+// Told from an SQLite file's first hundred bytes (its file format, section 1.3): the name, the size
+// of a page at byte 16, and the number of pages at byte 28, both with the highest byte first.
+bool is_whole_journal(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::array<char, 32> head{};
+  if (!stream.read(head.data(), head.size())) return false;
+  const auto whole = [&](std::size_t first, std::size_t bytes) {
+    std::uint64_t value = 0;
+    for (std::size_t i = first; i < first + bytes; ++i)
+      value = 256 * value + static_cast<unsigned char>(head[i]);
+    return value;
+  };
+  if (std::string_view(head.data(), 15) != "SQLite format 3") return false;
+  const std::uint64_t page = whole(16, 2) == 1 ? 65536 : whole(16, 2);
+  return std::filesystem::file_size(file) >= page * whole(28, 4);
+}
+
 }  // namespace
 
 Section provenance_section(const RunData& data, Section section) {
   section.add_table(run_table(data));
-  if (data.run.is_null())
-    section.add_absence("run.json is absent: version, command, seeds and hashes are not known.");
+  if (data.run.is_null()) {
+    section.add_absence(
+        "run.json is absent or cannot be read: version, command, seeds and hashes are not known.");
+  }
   if (const std::vector<std::string> missing = missing_files(data);
       !missing.empty() && !data.is_under_way()) {
     section.add_absence(fmt::format("The run folder lacks {}, which a finished run leaves there.",
                                     joined(missing)));
+  }
+
+  if (std::filesystem::exists(data.folder.journal()) && !is_whole_journal(data.folder.journal())) {
+    section.add_absence(
+        "journal.db was cut off or is no journal: journal.csv beside it is a plain copy of its "
+        "rows.");
   }
 
   const Json& hashes = at(data.run, {"input_hashes"});

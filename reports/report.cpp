@@ -136,7 +136,8 @@ std::string build_report(const datasets::RunFolder& folder) {
                  {"sections", sections},
                  {"style", asset("page.css")},
                  {"plotly", asset("plotly.min.js")},
-                 {"figures", asset("figures.js")}});
+                 {"figures", asset("figures.js")},
+                 {"table_script", asset("tables.js")}});
 }
 
 void write_report(const datasets::RunFolder& folder) {

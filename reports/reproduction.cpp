@@ -313,7 +313,8 @@ std::string build_reproduction_page(const RunData& data) {
                  {"sections", sections},
                  {"style", asset("page.css")},
                  {"plotly", asset("plotly.min.js")},
-                 {"figures", asset("figures.js")}});
+                 {"figures", asset("figures.js")},
+                 {"table_script", asset("tables.js")}});
 }
 
 }  // namespace graintruth::reports

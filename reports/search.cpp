@@ -152,9 +152,11 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
         points(failed_x, failed_y, "with failed simulations", "var(--simulated)", "x", 7.0));
   const double best_x = number(data.result, {"parameters", "friction_particle_particle", "value"});
   const double best_y = number(data.result, {"parameters", "friction_particle_wall", "value"});
-  Json best = points({best_x}, {best_y}, "result", "rgba(0,0,0,0)", "star", 17.0);
-  best["marker"]["line"] = {{"width", 2}, {"color", "var(--simulated)"}};
-  choice.traces.push_back(best);
+  if (std::isfinite(best_x) && std::isfinite(best_y)) {
+    Json best = points({best_x}, {best_y}, "result", "rgba(0,0,0,0)", "star", 17.0);
+    best["marker"]["line"] = {{"width", 2}, {"color", "var(--simulated)"}};
+    choice.traces.push_back(best);
+  }
   return {.id = "search-plane",
           .caption =
               "Every evaluation in the plane of the two frictions, dark where the objective is low "
@@ -171,21 +173,24 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
 Figure profile_figure(const datasets::Table& table) {
   struct Profile {
     std::vector<double> values;
-    std::vector<double> excesses;  // in units of what is allowed
+    std::vector<double> excesses;
   };
   const auto names = text_column(table, "parameter");
   const auto values = column(table, "value");
   const auto excess = column(table, "excess");
   const auto allowed = column(table, "allowed_excess");
+  // In units of what is allowed; where nothing is allowed anywhere, as it is.
+  const bool has_limit =
+      std::any_of(allowed.begin(), allowed.end(), [](double a) { return a > 0.0; });
   std::map<std::string, Profile> profiles;
   double lowest = values.empty() ? 0.0 : values.front();
   double highest = lowest;
   for (std::size_t i = 0; i < names.size(); ++i) {
     profiles[names[i]].values.push_back(values[i]);
-    // Where nothing is allowed only the best itself has a place on this axis.
-    profiles[names[i]].excesses.push_back(excess[i] == 0.0   ? 0.0
-                                          : allowed[i] > 0.0 ? excess[i] / allowed[i]
-                                                             : std::nan(""));
+    // Where nothing is allowed only the best itself has a place beside the others.
+    profiles[names[i]].excesses.push_back(excess[i] == 0.0 || !has_limit ? excess[i]
+                                          : allowed[i] > 0.0             ? excess[i] / allowed[i]
+                                                                         : std::nan(""));
     lowest = std::fmin(lowest, values[i]);
     highest = std::fmax(highest, values[i]);
   }
@@ -197,19 +202,25 @@ Figure profile_figure(const datasets::Table& table) {
     trace["mode"] = "lines+markers";
     choice.traces.push_back(trace);
   }
-  Json limit = line({lowest, highest}, {1.0, 1.0}, "limit", "var(--ink)", 1.5);
-  limit["line"]["dash"] = "dash";
-  choice.traces.push_back(limit);
+  if (has_limit) {
+    Json limit = line({lowest, highest}, {1.0, 1.0}, "limit", "var(--ink)", 1.5);
+    limit["line"]["dash"] = "dash";
+    choice.traces.push_back(limit);
+  }
   return {.id = "search-profile",
           .caption =
-              "How much worse the objective is than the best, one parameter at a time, in units of "
-              "what other "
-              "replicates and seeds could explain. Values below the dashed line cannot be told "
-              "apart from the best: "
-              "they are the 95 % interval.",
+              has_limit
+                  ? "How much worse the objective is than the best, one parameter at a time, in "
+                    "units of what other replicates and seeds could explain. Values below the "
+                    "dashed line cannot be told apart from the best: they are the 95 % interval."
+                  : "How much worse the objective is than the best, one parameter at a time. Other "
+                    "replicates and seeds explain none of these differences, so each interval ends "
+                    "between the best value and worse ones that were tried beside it.",
           .height = 400,
           .layout = {{"xaxis", axis("Parameter value (dimensionless)")},
-                     {"yaxis", axis("Excess of the objective / allowed excess")}},
+                     {"yaxis",
+                      axis(has_limit ? "Excess of the objective / allowed excess"
+                                     : "Excess of the objective")}},
           .menu = "",
           .choices = {choice}};
 }
@@ -266,7 +277,8 @@ void add_other_objective(const RunData& data, Section& section) {
 Section search_section(const RunData& data, Section section) {
   const auto table = data.table("evaluations");
   if (!table) {
-    section.add_absence(data.is_calibration()
+    section.add_absence(data.is_under_way() ? "No evaluation has ended yet."
+                        : data.is_calibration()
                             ? "The record of evaluations (tables/evaluations.csv) is absent, so "
                               "the search cannot be shown."
                             : "Nothing was searched in this run: the parameters were given.");
@@ -299,7 +311,7 @@ Section search_section(const RunData& data, Section section) {
     section.add_figure(convergence_figure(all));
     section.add_figure(plane_figure(data, all));
   }
-  if (!data.is_calibration()) return section;
+  if (!data.is_calibration() || data.is_under_way()) return section;
 
   section.add_heading("What the intervals rest on");
   const auto profile = data.table("profile");
@@ -375,7 +387,7 @@ Section rms_section(const RunData& data, Section section) {
                      {"y", 1.0},
                      {"yanchor", "bottom"},
                      {"showarrow", false},
-                     {"text", fmt::format("thesis: {}", ordinal(row.place))}});
+                     {"text", fmt::format("thesis<br>{}", ordinal(row.place))}});
   }
   section.add_figure(
       {.id = "rms-friction",

@@ -108,7 +108,8 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
           number(parameter, {"objective_range"}) > number(parameter, {"objective_range_of_noise"});
       const std::string reason = shows_alone
                                      ? "for any of its values others can be found that fit as well"
-                                     : "the agreement hardly changes with it";
+                                 : data.is_flow() ? "what flows hardly changes with it"
+                                                  : "the agreement hardly changes with it";
       const std::string interval = interval_text(parameter, " to ");
       others.push_back(
           interval.empty()
@@ -117,7 +118,7 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
                     phrase,
                     reason,
                     is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
-                    value_text(parameter))
+                    value_text(parameter) + (is_at_bench(parameter) ? "" : ","))
               : fmt::format(
                     "The {} is not identified: {}; its value {} and interval {} rest on priors.",
                     phrase,

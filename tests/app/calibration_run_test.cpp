@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "calibrate/journal.h"
+#include "tests/app/documented_tables.h"
 #include "tests/app/laboratory.h"
 #include "tests/support/run_program.h"
 
@@ -115,6 +116,10 @@ TEST_F(CalibrationRun, LeavesWhatIsPromisedAndIsJudgedByIt) {
   }
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder_ / "run"))
     EXPECT_NE(file.path().extension(), ".unfinished") << file.path();
+
+  EXPECT_EQ(undocumented_tables(folder_ / "run",
+                                {"Tables of every run", "Tables of particles that are followed"}),
+            std::vector<std::string>());
 
   // 2. The keys of result.json
   const Json result = json("run/result.json");

@@ -24,9 +24,10 @@ TEST_F(CheckAndNew, TheTemplateIsReadyOnceItsFilmsAreThere) {
        {"10 of 2 ball(s)", "8 of 8 fiducials found", "978 simulations", "Ready: "}) {
     EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
   }
+  EXPECT_TRUE(contains(check.out, "calibrate " + experiment + " --out ")) << check.out;
   EXPECT_FALSE(contains(check.out, "doubtful")) << check.out;
   for (int n = 1; n <= 5; ++n) {
-    const auto picture = folder_ / ("out/run/check/film" + std::to_string(n) + ".jpg");
+    const auto picture = folder_ / ("out/run/check/film" + std::to_string(n) + ".png");
     EXPECT_GT(std::filesystem::file_size(picture), 10000u);
   }
 }

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/app/documented_tables.h"
 #include "tests/app/weighed_bin.h"
 #include "tests/support/run_program.h"
 
@@ -19,6 +20,8 @@ TEST(WeighedBinRun, IsCalibratedOnItsRatesAndOnWhatStays) {
   const ProgramOutcome outcome =
       run_program({"calibrate", file.string(), "--out", out.string(), "--budget", "20"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(undocumented_tables(out, {"Tables of every run", "Tables of a bin"}),
+            std::vector<std::string>({"tracks/<film>.csv was not written"}));
   std::ifstream stream(out / "result.json");
   const auto result = nlohmann::json::parse(stream);
 

@@ -82,6 +82,39 @@ TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
   EXPECT_GE(count_of(seen.document, "class=\"main-svg\""), figures);
 }
 
+TEST_F(BrowserPage, OffersEveryTableToBeSortedAndCopied) {
+  write_report(folder_);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  EXPECT_EQ(seen.console, "");
+  const int tables = count_of(seen.document, "<div class=\"table-box\"");
+  EXPECT_GE(tables, 10);
+  EXPECT_EQ(count_of(seen.document, ">Copy as CSV</button>"), tables);
+  EXPECT_GE(count_of(seen.document, "<th scope=\"col\"><button type=\"button\">"), tables);
+}
+
+// The heads of two columns pressed by a script of the test's: numbers are sorted as numbers, and
+// what is not there comes last.
+TEST_F(BrowserPage, SortsATableByItsNumbers) {
+  write_report(folder_);
+  std::string page = datasets::read_whole(folder_.report());
+  const char* const press =
+      "<div class=\"table-box\"><table id=\"sorted\"><thead><tr><th>a</th></tr></thead><tbody>"
+      "<tr><td>10 %</td></tr><tr><td>\u2013</td></tr><tr><td>\u22129</td></tr>"
+      "<tr><td>2 \u00d7 10\u207b\u00b3</td></tr><tr "
+      "class=\"total\"><td>0</td></tr></tbody></table></div>";
+  page.insert(page.find("</main>"), std::string("<p class=\"caption\">t</p>") + press);
+  page.insert(page.rfind("</body>"),
+              "<script>document.querySelector('#sorted button').click();</script>");
+  datasets::write_whole(folder_.report(), page);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  EXPECT_EQ(seen.console, "");
+  std::size_t at = seen.document.find("id=\"sorted\"");
+  for (const char* cell : {"\u22129<", "2 \u00d7 10\u207b\u00b3<", "10 %<", "\u2013<", ">0<"}) {
+    at = seen.document.find(cell, at);
+    ASSERT_NE(at, std::string::npos) << cell;
+  }
+}
+
 TEST_F(BrowserPage, DrawsWhatThereIsWhenTablesAreAbsent) {
   std::filesystem::remove_all(root_ / "run" / "tables");
   std::filesystem::remove(folder_.tracking());

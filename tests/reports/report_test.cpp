@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -238,7 +240,7 @@ TEST_F(Report, SaysSoWhereAnOptionalFileIsAbsent) {
                                "(tables/evaluations.csv) is absent",
                                "No profiles (tables/profile.csv)",
                                "(tables/rms_friction.csv) was not computed",
-                               "No film was tracked in this run"})
+                               "tracking.json is absent, empty or cannot be read"})
     EXPECT_NE(page.find(sentence), std::string::npos) << sentence;
   EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 3);  // parameters, scores, time step
 }
@@ -299,7 +301,10 @@ TEST_F(Report, FollowsARunThatIsUnderWay) {
   EXPECT_EQ(page.find("0.1234"), std::string::npos) << "shows the result of an earlier run";
   EXPECT_EQ(occurrences(page, "<figure class=\"plot\""), 2);  // both of the search
   EXPECT_EQ(page.find("<section id=\"agreement\""), std::string::npos);
+  EXPECT_EQ(page.find("What the intervals rest on"), std::string::npos);
 
+  std::filesystem::remove(folder_.unfinished_table("evaluations"));
+  EXPECT_NE(build_report(folder_).find("No evaluation has ended yet."), std::string::npos);
   datasets::remove_progress(folder_);
   EXPECT_EQ(build_report(folder_).find("http-equiv=\"refresh\""), std::string::npos);
 }
@@ -334,6 +339,40 @@ TEST_F(Report, SaysWhichFileIsMissing) {
     EXPECT_NE(page.find(file.filename().string()), std::string::npos) << file;
     datasets::write_whole(file, content);
   }
+}
+
+TEST_F(Report, SaysWhichPictureOrJournalIsCutOff) {
+  const std::string before = build_report(folder_);
+  EXPECT_EQ(before.find("cut off"), std::string::npos);
+  const std::filesystem::path picture = root_ / "tracks/rep1.first.jpg";
+  const std::string content = datasets::read_whole(picture);
+  datasets::write_whole(picture, content.substr(0, content.size() / 2));
+  // Two pages of 4096 bytes, says the head
+  std::string journal("SQLite format 3\0\x10\0", 18);
+  journal.resize(2 * 4096);
+  journal[31] = 2;
+  datasets::write_whole(folder_.journal(), journal);
+  std::string page = build_report(folder_);
+  EXPECT_NE(page.find("Annotated frames that were cut off: tracks/rep1.first.jpg."),
+            std::string::npos);
+  EXPECT_EQ(page.find("journal.db was cut off"), std::string::npos);
+  journal.resize(5000);
+  datasets::write_whole(folder_.journal(), journal);
+  page = build_report(folder_);
+  EXPECT_NE(page.find("journal.db was cut off"), std::string::npos);
+}
+
+// Where no difference is allowed to a compatible value, there is no limit to draw.
+TEST_F(Report, DrawsAProfileWithoutALimit) {
+  const std::filesystem::path file = root_ / "tables/profile.csv";
+  EXPECT_NE(build_report(folder_).find("Values below the dashed line"), std::string::npos);
+  datasets::write_whole(file,
+                        "parameter,value,objective,excess,allowed_excess,compatible\n"
+                        "friction_particle_wall,0.1,1.5,0.5,0,0\n"
+                        "friction_particle_wall,0.2,1,0,0,1\n");
+  const std::string page = build_report(folder_);
+  EXPECT_EQ(page.find("Values below the dashed line"), std::string::npos);
+  EXPECT_NE(page.find("explain none of these differences"), std::string::npos);
 }
 
 // Cut off, emptied, or with bytes that nobody wrote: a page all the same.
@@ -375,6 +414,90 @@ TEST_F(Report, ForbidsAndNeedsNoNetwork) {
   const std::string read_by_browser = without_scripts(page);
   for (const char* address : {"http://", "https://", "url(", "@import", "src=\"/", "<link"})
     EXPECT_EQ(read_by_browser.find(address), std::string::npos) << address;
+}
+
+// The page without its style and its scripts.
+std::string body_of(const std::string& page) {
+  const auto first = page.find("<body>");
+  return page.substr(first, page.find("</main>") - first);
+}
+
+// What stands between `before` and the next quotation mark, wherever `before` occurs.
+std::vector<std::string> quoted_after(const std::string& page, const std::string& before) {
+  std::vector<std::string> all;
+  for (auto at = page.find(before); at != std::string::npos; at = page.find(before, at + 1)) {
+    const auto first = at + before.size();
+    all.push_back(page.substr(first, page.find('"', first) - first));
+  }
+  return all;
+}
+
+TEST_F(Report, ContentsLeadToSectionsThatAreThere) {
+  const std::string page = body_of(build_report(folder_));
+  const std::vector<std::string> links = quoted_after(page, "<a href=\"#");
+  EXPECT_GE(links.size(), 9u);
+  for (const std::string& id : links) EXPECT_EQ(occurrences(page, " id=\"" + id + "\""), 1) << id;
+}
+
+// All that can be operated can be reached by keyboard, and has words for who cannot see it.
+TEST_F(Report, CanBeOperatedAndReadWithoutAMouseAndWithoutAPicture) {
+  const std::string page = body_of(build_report(folder_));
+  EXPECT_EQ(occurrences(page, "class=\"table-box\""),
+            occurrences(page, "class=\"table-box\" tabindex=\"0\""));
+  EXPECT_EQ(occurrences(page, "<table"),
+            occurrences(page, "<table aria-label=\"") +
+                occurrences(page, "<table class=\"wide\" aria-label=\""));
+  for (const std::string& id : quoted_after(page, "<select id=\""))
+    EXPECT_EQ(occurrences(page, "<label for=\"" + id + "\">"), 1) << id;
+  EXPECT_EQ(
+      occurrences(page, "<button type=\"button\""),
+      occurrences(page, "aria-label=\"Next\"") + occurrences(page, "aria-label=\"Previous\""));
+  const std::vector<std::string> described = quoted_after(page, "\" alt=\"");
+  EXPECT_EQ(occurrences(page, "<img src="), static_cast<int>(described.size()));
+  for (const std::string& words : described) EXPECT_NE(words, "");
+}
+
+// Web Content Accessibility Guidelines 2.1, 1.4.3 and 1.4.11: text stands out from what is behind
+// it by 4.5, what is drawn by 3.
+double contrast(const std::string& style, const std::string& front, const std::string& back) {
+  const auto luminance = [&](const std::string& name) {
+    const auto at = style.find("--" + name + ": #");
+    if (at == std::string::npos) throw std::out_of_range("no colour " + name);
+    const std::string digits = style.substr(at + name.size() + 5, 6);
+    double sum = 0.0;
+    constexpr double weights[] = {0.2126, 0.7152, 0.0722};
+    for (int i = 0; i < 3; ++i) {
+      const double part = std::stoi(digits.substr(2 * i, 2), nullptr, 16) / 255.0;
+      sum += weights[i] * (part <= 0.04045 ? part / 12.92 : std::pow((part + 0.055) / 1.055, 2.4));
+    }
+    return sum;
+  };
+  const double a = luminance(front), b = luminance(back);
+  return (std::max(a, b) + 0.05) / (std::min(a, b) + 0.05);
+}
+
+TEST_F(Report, StandsOutFromItsGroundByDayAndByNight) {
+  const std::string page = build_report(folder_);
+  const std::string style = page.substr(page.find("<style>"), page.find("</style>"));
+  const auto night = style.find("prefers-color-scheme: dark");
+  ASSERT_NE(night, std::string::npos);
+  for (const std::string& colours : {style.substr(0, night), style.substr(night)}) {
+    const std::string when = colours.size() == night ? " by day" : " by night";
+    for (const char* text : {"ink", "muted", "accent"}) {
+      for (const char* ground : {"paper", "panel"})
+        EXPECT_GE(contrast(colours, text, ground), 4.5) << text << " on " << ground << when;
+    }
+    EXPECT_GE(contrast(colours, "ink", "warn-panel"), 4.5) << when;
+    for (const char* drawn : {"measured-strong",
+                              "simulated",
+                              "stage0",
+                              "stage1",
+                              "stage2",
+                              "stage3",
+                              "stage4",
+                              "stage5"})
+      EXPECT_GE(contrast(colours, drawn, "paper"), 3.0) << drawn << when;
+  }
 }
 
 TEST(FlowReport, TellsWhatWasPredictedFromWhatWasFitted) {
