@@ -5,6 +5,7 @@
 
 #include "app/bulk_summary.h"
 #include "app/session.h"
+#include "app/side_by_side.h"
 #include "app/watch.h"
 #include "calibrate/bin_result_files.h"
 #include "calibrate/bin_simulator.h"
@@ -108,6 +109,7 @@ void calibrate_tracks(const CalibrateCommand& command, Session& session) {
   calibrate::write_calibration(session.folder(), problem, options, result, session.seconds());
   conclude(command, options, result, ensemble->simulated(), journal, session);
   if (!command.common.json) print_agreement(result);
+  draw_side_by_side(session, problem, {result.parameters, result.time_step.fraction});
   session.finish();
 }
 
@@ -127,6 +129,7 @@ void calibrate_flow(const CalibrateCommand& command, Session& session) {
   calibrate::write_bin_calibration(session.folder(), problem, options, result, session.seconds());
   conclude(command, options, result, searched->simulated() + all->simulated(), journal, session);
   if (!command.common.json) fmt::print("{}", words_on(result.score));
+  draw_side_by_side(session, problem, {result.parameters, result.time_step.fraction});
   session.finish();
 }
 
@@ -196,14 +199,17 @@ void calibrate_all(const CalibrateCommand& command, const datasets::JointExperim
   for (std::size_t i = 0; i < members.size(); ++i) {
     Session& session = *sessions[i];
     calibrate::JointMemberResult& own = result.members[i];
+    const calibrate::EvaluationPoint found{result.parameters, result.time_step.fraction};
     if (own.tracks) {
       session.add_film_warnings(own.tracks->warnings);
       calibrate::write_calibration(
           session.folder(), *members[i].tracks, options, *own.tracks, session.seconds());
+      draw_side_by_side(session, *members[i].tracks, found);
     } else {
       session.add_film_warnings(own.bin->warnings);
       calibrate::write_bin_calibration(
           session.folder(), *members[i].bin, options, *own.bin, session.seconds());
+      draw_side_by_side(session, *members[i].bin, found);
     }
     session.write_report();
   }

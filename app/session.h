@@ -62,6 +62,7 @@ class Session {
   calibrate::SimulationProgress simulation_progress();
   RunRecord& record() { return record_; }
   int jobs() const { return record_.jobs; }
+  std::uint64_t seed() const { return options_.seed; }
 
  private:
   std::unique_ptr<calibrate::Ensemble> ensemble_of(

@@ -3,6 +3,7 @@
 
 #include "app/bulk_summary.h"
 #include "app/session.h"
+#include "app/side_by_side.h"
 #include "calibrate/bin_result_files.h"
 #include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
@@ -51,6 +52,7 @@ int validate_tracks(const ValidateCommand& command,
         result.score.thesis.percent,
         result.context.thesis_ceiling);
   }
+  draw_side_by_side(session, problem, {parameters, result.time_step_fraction});
   session.finish();
   if (command.require_agreement && !(result.score.student.percent >= *command.require_agreement)) {
     fmt::print(stderr,
@@ -84,6 +86,7 @@ void validate_flow(const ValidateCommand& command,
   calibrate::write_bin_validation(session.folder(), problem, result, session.seconds());
   calibrate::write_journal_csv(session.folder().journal_csv(), journal);
   if (!command.common.json) fmt::print("{}", words_on(result.score));
+  draw_side_by_side(session, problem, {parameters, result.time_step_fraction});
   session.finish();
 }
 

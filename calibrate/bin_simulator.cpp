@@ -140,6 +140,7 @@ SimulatedRun simulate(const BinStart& start,
     if (!filmed.record(frame, simulation)) break;
   }
   run.bin = measure_bin(filmed.tracks(), start.rig, start.profile_height);
+  if (options.keep_tracks) run.trajectories = filmed.tracks();
   return run;
 }
 

@@ -14,6 +14,7 @@ struct DemSimulatorOptions {
   double settling_time = 0.3;  // s of rest on the still piston before the event
   double time_limit = 120.0;   // s of processor time, after which a run counts as timed out
   std::function<bool()> stop;  // asked now and then; true: throw Interrupted
+  bool keep_tracks = false;    // of what runs out of a bin; other runs always have them
 };
 
 // The experiment as a simulation: nominal particles in one layer, started from the mean measured

@@ -61,6 +61,10 @@ std::filesystem::path RunFolder::annotated_frame(std::string_view replicate,
   return root / "tracks" / fmt::format("{}.{}.jpg", replicate, moment);
 }
 
+std::filesystem::path RunFolder::side_by_side_still(std::size_t number) const {
+  return root / "side_by_side" / fmt::format("{:02}.jpg", number);
+}
+
 std::filesystem::path RunFolder::tracking_of(std::string_view replicate) const {
   return root / "tracks" / fmt::format("{}.json", replicate);
 }

@@ -33,6 +33,10 @@ struct RunFolder {
       std::string_view replicate) const;  // tracks/<replicate>.overlay.mp4
   // tracks/<replicate>.<moment>.jpg: a frame with what was found drawn on it
   std::filesystem::path annotated_frame(std::string_view replicate, std::string_view moment) const;
+  // A film beside a simulation of it; the list of its stills; the still of a number from 0
+  std::filesystem::path side_by_side() const { return root / "side_by_side.mp4"; }
+  std::filesystem::path side_by_side_list() const { return root / "side_by_side.json"; }
+  std::filesystem::path side_by_side_still(std::size_t number) const;
   std::filesystem::path tracking_of(std::string_view replicate) const;  // tracks/<replicate>.json
 };
 

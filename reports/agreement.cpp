@@ -243,7 +243,8 @@ Figure rank_figure(const datasets::Table& ranks, int quantities) {
   return {
       .id = "agreement-ranks",
       .caption =
-          "Rank of every particle in every frame: a run of cells of rank 0 or 1 is a stretch of the "
+          "Rank of every particle in every frame: a run of cells of rank 0 or 1 is a stretch of "
+          "the "
           "motion that the simulation gets wrong.",
       .height = 120 + 26 * static_cast<int>(rows.size()),
       .layout = {{"xaxis", axis("Time since the start event (s)", {{"showgrid", false}})},

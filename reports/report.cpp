@@ -58,6 +58,7 @@ struct Part {
 constexpr Part parts[] = {
     {"parameters", "Parameters", parameters_section},
     {"experiments", "Experiments", experiments_section, true, Part::Of::joint},
+    {"film-and-simulation", "Film and simulation", side_by_side_section, true, Part::Of::one},
     {"flow", "Flow out of the bin", flow_section, true, Part::Of::flow},
     {"agreement", "Agreement", agreement_section, true, Part::Of::tracks},
     {"tracks", "Tracks", tracks_section, true, Part::Of::tracks},
@@ -137,6 +138,7 @@ std::string build_report(const datasets::RunFolder& folder) {
                  {"style", asset("page.css")},
                  {"plotly", asset("plotly.min.js")},
                  {"figures", asset("figures.js")},
+                 {"film_script", asset("side_by_side.js")},
                  {"table_script", asset("tables.js")}});
 }
 

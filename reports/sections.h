@@ -17,6 +17,7 @@ std::vector<std::string> experiment_sentences(const RunData& data);
 Section parameters_section(const RunData& data, Section section);
 Section experiments_section(const RunData& data, Section section);
 Section flow_section(const RunData& data, Section section);
+Section side_by_side_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);
 Section search_section(const RunData& data, Section section);

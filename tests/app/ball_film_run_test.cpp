@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "tests/app/laboratory.h"
 #include "tests/support/read_rows.h"
@@ -126,7 +128,25 @@ TEST(BallFilmRun, LeavesOutWhatBallsDoNotShow) {
     EXPECT_NEAR(particle["percent"], 100.0 * particle["points"].get<double>() / possible, 1e-9);
   }
 
-  // 3. The page draws no angles, and no file has what is not a number
+  // 3. A film beside its simulation, on one clock
+  const Json beside = Json::parse(content_of(folder / "out/side_by_side.json"));
+  const Json& stills = beside["stills"];
+  ASSERT_EQ(stills.size(), 11U);  // 0.4 s at 25 pictures a second
+  EXPECT_NEAR(stills.front()["time_s"], 0.0, 1.0 / frame_rate);
+  EXPECT_GT(stills.back()["time_s"], stills.front()["time_s"]);
+  cv::VideoCapture side_by_side((folder / "out/side_by_side.mp4").string());
+  cv::Mat picture;
+  ASSERT_TRUE(side_by_side.read(picture));
+  EXPECT_EQ(picture.cols, 2 * 394);
+  EXPECT_EQ(picture.rows, 374);
+  // Where the left half shows a ball, the right half, which is bare otherwise, shows one too
+  const cv::Mat last = cv::imread((folder / "out" / stills.back()["file"]).string());
+  const cv::Mat right = last.colRange(394, 788);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(right, mean, deviation);
+  EXPECT_GT(cv::norm(deviation), 20.0);
+
+  // 4. The page draws no angles, and no file has what is not a number
   const std::string page = content_of(folder / "out/report.html");
   EXPECT_EQ(page.find("angle (°)"), std::string::npos);
   EXPECT_EQ(page.find("x, z and angle"), std::string::npos);

@@ -115,6 +115,25 @@ TEST_F(BrowserPage, SortsATableByItsNumbers) {
   }
 }
 
+// By its slider one picture is shown at a time; without scripts, and on paper, three.
+TEST_F(BrowserPage, ShowsFilmAndSimulationByASlider) {
+  const std::string plain = build_report(folder_);
+  EXPECT_EQ(plain.find("type=\"range\""), std::string::npos);
+  EXPECT_EQ(count_of(plain, "class=\"key\""), 3);
+  write_report(folder_);
+  std::string page = datasets::read_whole(folder_.report());
+  page.insert(page.find("</body>"),
+              "<script>const slider = document.querySelector('.side-by-side input');"
+              "slider.value = 2; slider.dispatchEvent(new Event('input'));</script>");
+  datasets::write_whole(folder_.report(), page);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  EXPECT_EQ(seen.console, "");
+  EXPECT_NE(seen.document.find("class=\"side-by-side scrubbed\""), std::string::npos);
+  EXPECT_EQ(count_of(seen.document, "class=\"key shown\""), 1);
+  EXPECT_EQ(count_of(seen.document, "class=\"key\""), 2);
+  EXPECT_NE(seen.document.find("aria-valuetext=\"4.80&nbsp;s\""), std::string::npos);
+}
+
 TEST_F(BrowserPage, DrawsWhatThereIsWhenTablesAreAbsent) {
   std::filesystem::remove_all(root_ / "run" / "tables");
   std::filesystem::remove(folder_.tracking());

@@ -364,6 +364,20 @@ Json compared(double orifice, bool held_out, double filmed, double simulated) {
           {"curve_inside", 0.95}};
 }
 
+// Three stills of film and simulation.
+void write_side_by_side(const datasets::RunFolder& folder) {
+  Json list = {{"replicate", "rep2"}, {"film", "side_by_side.mp4"}, {"stills", Json::array()}};
+  datasets::make_folder(folder.side_by_side_still(0).parent_path());
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::filesystem::path file = folder.side_by_side_still(i);
+    datasets::write_whole(file, grey_jpeg());
+    list["stills"].push_back(
+        {{"time_s", -0.0004 + 2.4 * static_cast<double>(i)},
+         {"file", std::filesystem::relative(file, folder.root).generic_string()}});
+  }
+  write_json(folder.side_by_side_list(), list);
+}
+
 // What a calibration on a bin writes beside parameters, time step and search.
 void write_flow(const datasets::RunFolder& folder) {
   Json json = result();
@@ -445,6 +459,7 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
   for (int r = 1; r <= 5; ++r)
     for (const char* moment : {"first", "last"})
       datasets::write_whole(folder.annotated_frame(fmt::format("rep{}", r), moment), grey_jpeg());
+  write_side_by_side(folder);
   write_bands(folder, wobble);
   write_search(folder, wobble);
   return folder;

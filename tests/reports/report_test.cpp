@@ -68,6 +68,7 @@ TEST_F(Report, HasEverySectionInOrder) {
   std::size_t place = 0;
   for (const char* id : {"verdict",
                          "parameters",
+                         "film-and-simulation",
                          "agreement",
                          "tracks",
                          "search",
@@ -188,7 +189,8 @@ TEST_F(Report, ShowsTheNoteTheWarningsAndTheCommand) {
 }
 
 TEST_F(Report, EmbedsTheAnnotatedFrames) {
-  EXPECT_EQ(occurrences(build_report(folder_), "<img src=\"data:image/jpeg;base64,/9j/"), 10);
+  EXPECT_EQ(occurrences(build_report(folder_), "<img src=\"data:image/jpeg;base64,/9j/"),
+            10 + 3);  // and of film and simulation
 }
 
 TEST_F(Report, DoesNotFollowPicturesOutOfTheRunFolder) {
@@ -339,6 +341,24 @@ TEST_F(Report, SaysWhichFileIsMissing) {
     EXPECT_NE(page.find(file.filename().string()), std::string::npos) << file;
     datasets::write_whole(file, content);
   }
+}
+
+TEST_F(Report, ShowsFilmAndSimulationOnOneClock) {
+  std::string page = build_report(folder_);
+  for (const char* moment : {"0.00\u00a0s", "2.40\u00a0s", "4.80\u00a0s"})
+    EXPECT_NE(page.find(fmt::format("data-moment=\"{}\"", moment)), std::string::npos) << moment;
+  EXPECT_NE(page.find("Left the film rep2"), std::string::npos);
+  EXPECT_NE(page.find("starts from the mean of all films"), std::string::npos);
+  const std::string content = datasets::read_whole(folder_.side_by_side_still(1));
+  datasets::write_whole(folder_.side_by_side_still(1), content.substr(0, content.size() / 2));
+  std::filesystem::remove(folder_.side_by_side_still(2));
+  page = build_report(folder_);
+  EXPECT_NE(page.find("missing or cut off: side_by_side/01.jpg and side_by_side/02.jpg."),
+            std::string::npos);
+  EXPECT_EQ(page.find("2.40\u00a0s\""), std::string::npos);
+  std::filesystem::remove(folder_.side_by_side_list());
+  page = build_report(folder_);
+  EXPECT_NE(page.find("No film was shown beside a simulation"), std::string::npos);
 }
 
 TEST_F(Report, SaysWhichPictureOrJournalIsCutOff) {

@@ -1,0 +1,235 @@
+#include "tracking/side_by_side.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "tracking/body.h"
+#include "tracking/camera.h"
+#include "tracking/drawing.h"
+#include "tracking/fiducials.h"
+#include "tracking/overlay.h"
+#include "tracking/video.h"
+
+namespace graintruth::tracking {
+
+namespace {
+
+constexpr double film_rate = 25.0;  // Hz, at most
+constexpr int widest = 1280;        // px, of both pictures together
+constexpr int still_quality = 80;   // of JPEG
+const cv::Scalar ground(70, 66, 64), bar(190, 190, 188), dot(120, 116, 114), ink(30, 28, 26);
+
+cv::Scalar dark(const cv::Scalar& colour) { return 0.75 * colour; }
+
+void draw_line(cv::Mat& picture,
+               const Camera& camera,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to) {
+  constexpr int pieces = 24;  // a lens bends straight lines
+  for (int i = 0; i < pieces; ++i) {
+    const Eigen::Vector2d a = from + (to - from) * i / pieces;
+    const Eigen::Vector2d b = from + (to - from) * (i + 1) / pieces;
+    cv::line(picture,
+             fixed(camera.project(a.x(), a.y())),
+             fixed(camera.project(b.x(), b.y())),
+             bar,
+             2,
+             cv::LINE_AA,
+             drawing_shift);
+  }
+}
+
+// Walls, piston and fiducials at a time after the start event.
+void draw_rig(cv::Mat& picture,
+              const Camera& camera,
+              const datasets::Experiment& experiment,
+              double time) {
+  for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
+    cv::circle(picture,
+               fixed(camera.project(fiducial.x, fiducial.z)),
+               static_cast<int>(0.5 * fiducial.diameter * camera.scale(fiducial.x, fiducial.z) *
+                                (1 << drawing_shift)),
+               dot,
+               cv::FILLED,
+               cv::LINE_AA,
+               drawing_shift);
+  }
+  for (const datasets::Wall& wall : experiment.rig.walls)
+    draw_line(picture, camera, {wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
+  if (const auto& piston = experiment.rig.piston) {
+    const double face = piston->face_z + piston->velocity_z * std::max(0.0, time);
+    draw_line(picture, camera, {piston->left_x, face}, {piston->right_x, face});
+  }
+}
+
+void fill(cv::Mat& picture,
+          const std::vector<Eigen::Vector2d>& outline,
+          const cv::Scalar& inside,
+          const cv::Scalar& rim) {
+  std::vector<cv::Point> points;
+  for (const Eigen::Vector2d& at : outline) points.push_back(fixed(at));
+  cv::fillPoly(picture, std::vector{points}, inside, cv::LINE_AA, drawing_shift);
+  cv::polylines(picture, points, true, rim, 1, cv::LINE_AA, drawing_shift);
+}
+
+void draw_balls(cv::Mat& picture,
+                const Camera& camera,
+                const datasets::Pose& pose,
+                const BodyShape& shape,
+                const cv::Scalar& colour) {
+  const bool turned = shape.shows_angle() && std::isfinite(pose.angle);
+  const auto centres = ball_centres({pose.x, pose.z, turned ? pose.angle : 0.0}, shape);
+  std::vector<Eigen::Vector2d> outline(72);
+  for (std::size_t ball = 0; ball < shape.balls; ++ball) {
+    sphere_outline(camera, centres[ball].x(), centres[ball].y(), shape.radius[ball], outline);
+    fill(picture, outline, dark(colour), ink);
+  }
+  if (!turned) return;
+  cv::line(picture,
+           fixed(camera.project(centres[0].x(), centres[0].y())),
+           fixed(camera.project(centres[1].x(), centres[1].y())),
+           ink,
+           2,
+           cv::LINE_AA,
+           drawing_shift);
+}
+
+void draw_plate(cv::Mat& picture,
+                const Camera& camera,
+                const datasets::Pose& pose,
+                const datasets::EllipticalPlate& plate,
+                const cv::Scalar& colour) {
+  constexpr int points = 40;
+  const double angle = std::isfinite(pose.angle) ? pose.angle : 0.0;
+  const double c = std::cos(angle), s = std::sin(angle);
+  std::vector<Eigen::Vector2d> outline;
+  for (int k = 0; k < points; ++k) {
+    const double around = 2.0 * std::numbers::pi * k / points;
+    const double u = plate.semi_major * std::cos(around), v = plate.semi_minor * std::sin(around);
+    outline.push_back(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
+  }
+  fill(picture, outline, dark(colour), ink);
+}
+
+// The simulation at one frame of `poses`, whose times count from the start event.
+cv::Mat draw_simulation(const Camera& camera,
+                        const datasets::Experiment& experiment,
+                        const datasets::Trajectories& poses,
+                        std::size_t frame) {
+  cv::Mat picture(camera.height(), camera.width(), CV_8UC3, ground);
+  draw_rig(picture, camera, experiment, poses.time[frame]);
+  const auto& plate = experiment.particle.plate;
+  const double text = 1.2 * std::clamp(picture.cols / 1600.0, 0.35, 1.0);
+  for (std::size_t body = 0; body < static_cast<std::size_t>(poses.particles); ++body) {
+    const datasets::Pose& pose = poses.poses[poses.index(frame, body)];
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.z)) continue;
+    const cv::Scalar& colour = particle_colours[body % particle_colours.size()];
+    if (plate) {
+      draw_plate(picture, camera, pose, *plate, colour);
+      continue;
+    }
+    draw_balls(picture, camera, pose, nominal_shape(experiment), colour);
+    const Eigen::Vector2d middle = camera.project(pose.x, pose.z);
+    write_text(picture,
+               std::to_string(body + 1),
+               cv::Point(static_cast<int>(middle.x()) + 3, static_cast<int>(middle.y()) - 3),
+               text,
+               colour);
+  }
+  const double milliseconds = std::round(1e3 * poses.time[frame]) + 0.0;  // no -0
+  write_text(picture,
+             fmt::format("simulation   {:+.3f} s", 1e-3 * milliseconds),
+             cv::Point(8, static_cast<int>(8 + 25 * text)),
+             text,
+             cv::Scalar(255, 255, 255));
+  return picture;
+}
+
+// Pictures of the film that are drawn, by their numbers: from time 0 on.
+std::vector<std::size_t> chosen_frames(const FilmAndSimulation& both) {
+  const double last = both.simulated.time.back();
+  const double rate = both.recorded.camera.frame_rate;
+  const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(rate / film_rate)));
+  std::vector<std::size_t> frames;
+  std::size_t first = 0;
+  while (first < both.filmed.frames() && both.filmed.time[first] < -0.5 / rate) ++first;
+  for (std::size_t frame = first;
+       frame < both.filmed.frames() && both.filmed.time[frame] < last + 0.5 / rate;
+       frame += stride)
+    frames.push_back(frame);
+  return frames;
+}
+
+Findings findings_of(const FilmAndSimulation& both, const Camera& camera) {
+  Findings findings{.camera = &camera, .trajectories = &both.filmed};
+  if (const auto& plate = both.recorded.particle.plate) {
+    findings.plate = PlateShape{plate->semi_major, plate->semi_minor};
+  } else {
+    findings.shapes.assign(static_cast<std::size_t>(both.filmed.particles),
+                           nominal_shape(both.recorded));
+  }
+  return findings;
+}
+
+}  // namespace
+
+std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
+                                      const SideBySideFiles& files,
+                                      const std::function<bool()>& stop) {
+  // 1. The film's camera
+  const datasets::Experiment& recorded = both.recorded;
+  VideoReader reader(both.video, recorded.camera.frame_rate);
+  cv::Mat picture, grey;
+  reader.read(picture);
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  const double aspect = recorded.camera.pixel_aspect;
+  const auto sightings = find_fiducials(grey, recorded.camera.fiducials, aspect);
+  const Camera camera =
+      calibrate(recorded.camera.fiducials, sightings, reader.width(), reader.height(), aspect)
+          .camera;
+  reader.hold_steady(sightings);
+
+  // 2. What is drawn of either
+  const std::vector<std::size_t> frames = chosen_frames(both);
+  if (frames.empty()) return {};
+  std::vector<double> times;
+  for (const std::size_t frame : frames) times.push_back(both.filmed.time[frame]);
+  const datasets::Trajectories simulated = datasets::sample(both.simulated, times);
+  const Findings findings = findings_of(both, camera);
+  const std::size_t stills = std::min(files.stills.size(), frames.size());
+  const auto frame_of_still = [&](std::size_t i) {
+    return stills < 2 ? 0 : i * (frames.size() - 1) / (stills - 1);
+  };
+
+  // 3. Picture by picture
+  FilmWriter film(files.film, film_rate);
+  std::vector<double> times_of_stills;
+  std::size_t next = 0;
+  for (std::size_t number = 0; next < frames.size(); ++number) {
+    if (number > 0 && !reader.read(picture)) break;
+    if (number != frames[next]) continue;
+    if (stop && stop()) return {};
+    cv::Mat left = picture.clone();
+    draw_findings(left, findings, number);
+    cv::Mat pair;
+    cv::hconcat(left, draw_simulation(camera, recorded, simulated, next), pair);
+    if (pair.cols > widest) {
+      const double share = static_cast<double>(widest) / pair.cols;
+      cv::resize(pair, pair, cv::Size(), share, share, cv::INTER_AREA);
+    }
+    film.write(pair);
+    while (times_of_stills.size() < stills && frame_of_still(times_of_stills.size()) == next) {
+      write_still(files.stills[times_of_stills.size()], pair, still_quality);
+      times_of_stills.push_back(times[next]);
+    }
+    ++next;
+  }
+  film.finish();
+  return times_of_stills;
+}
+
+}  // namespace graintruth::tracking
