@@ -62,7 +62,24 @@ Json verdict_view(const RunData& data) {
           {"warnings", nullptr}};
 }
 
-// "0.271 ± 0.004 (n = 5)"
+std::string unit_text(const Json& row) {
+  std::string unit = text(row, {"unit"});
+  if (unit == "-") return "";
+  if (const auto percent = unit.find("percent"); percent != std::string::npos)
+    unit.replace(percent, std::string_view("percent").size(), "%");
+  if (unit.size() > 1 && std::isalpha(static_cast<unsigned char>(unit[unit.size() - 2]))) {
+    if (unit.ends_with('2')) unit.replace(unit.size() - 1, 1, "²");
+    if (unit.ends_with('3')) unit.replace(unit.size() - 1, 1, "³");
+  }
+  return unit;
+}
+
+bool is_numeric(const std::string& printed) {
+  return !printed.empty() && printed.find_first_not_of("0123456789.eE+-") == std::string::npos &&
+         printed.find_first_of("0123456789") != std::string::npos;
+}
+
+// "0.271 ± 0.004 (n = 5)"; with its unit where nothing printed has it.
 std::string simulated_text(const Json& row) {
   const double mean = number(row, {"simulated"});
   if (!std::isfinite(mean)) return "";
@@ -70,8 +87,18 @@ std::string simulated_text(const Json& row) {
   std::string text = significant(mean, 4);
   // Spreads that are rounding alone say nothing
   if (spread > 1e-6 * std::abs(mean)) text += " ± " + significant(spread, 2);
+  if (const std::string unit = unit_text(row);
+      !unit.empty() && !is_numeric(reports::text(row, {"printed"})))
+    text += " " + unit;
   if (std::isfinite(spread)) text += fmt::format(" (n = {})", count(number(row, {"seeds"})));
   return text;
+}
+
+// Names of quantities in the data have underscores.
+std::string where_text(const Json& row) {
+  std::string where = text(row, {"where"});
+  std::replace(where.begin(), where.end(), '_', ' ');
+  return where;
 }
 
 std::string number_text(const Json& row, std::string_view key, int digits) {
@@ -85,17 +112,6 @@ std::string note_text(const Json& row) {
   std::string note = text(row, {"note"});
   if (!std::isfinite(erratum)) return note;
   return note + fmt::format("{}(errata {})", note.empty() ? "" : " ", count(erratum));
-}
-
-std::string unit_text(const Json& row) {
-  const std::string unit = text(row, {"unit"});
-  if (unit == "percent") return "%";
-  return unit == "-" ? "" : unit;
-}
-
-bool is_numeric(const std::string& printed) {
-  return !printed.empty() && printed.find_first_not_of("0123456789.eE+-") == std::string::npos &&
-         printed.find_first_of("0123456789") != std::string::npos;
 }
 
 std::string printed_text(const Json& row) {
@@ -113,7 +129,7 @@ TableView table_of_rows(const Json& target) {
                    {"Verdict", Align::left},
                    {"Note", Align::left}});
   for (const Json& row : list(target, {"rows"})) {
-    table.add_row({text(row, {"where"}),
+    table.add_row({where_text(row),
                    printed_text(row),
                    number_text(row, "recomputed", 5),
                    simulated_text(row),
@@ -139,7 +155,7 @@ TableView table_of_verdict(const RunData& data, std::string_view verdict, std::s
       if (text(row, {"verdict"}) != verdict) continue;
       const std::string ours = is_simulated ? simulated_text(row) : std::string();
       table.add_row({text(target, {"name"}),
-                     text(row, {"where"}),
+                     where_text(row),
                      printed_text(row),
                      ours.empty() ? number_text(row, "recomputed", 5) : ours,
                      note_text(row)});
@@ -166,49 +182,111 @@ Section claims_section(const RunData& data) {
   return section;
 }
 
-Json series_trace(const Json& series, std::size_t index) {
-  const auto numbers = [&](std::string_view key) {
-    std::vector<double> values;
-    for (const Json& value : list(series, {key}))
-      values.push_back(value.is_number() ? value.get<double>() : std::nan(""));
-    return values;
-  };
-  constexpr std::array<std::string_view, 4> thesis_colours = {
-      "var(--measured-strong)", "var(--stage3)", "var(--stage4)", "var(--stage5)"};
-  constexpr std::array<std::string_view, 4> our_colours = {
-      "var(--simulated)", "var(--stage4)", "var(--stage3)", "var(--stage5)"};
+std::vector<double> numbers_of(const Json& series, std::string_view key) {
+  std::vector<double> values;
+  for (const Json& value : list(series, {key}))
+    values.push_back(value.is_number() ? value.get<double>() : std::nan(""));
+  return values;
+}
+
+// Squares whose colour shows a number.
+Json squares_trace(const Json& series) {
+  constexpr std::array<std::string_view, 4> shades = {
+      "var(--rank0)", "var(--rank1)", "var(--rank2)", "var(--rank3)"};
+  Json scale = Json::array();
+  for (std::size_t i = 0; i < shades.size(); ++i)
+    scale.push_back({static_cast<double>(i) / (shades.size() - 1), shades[i]});
+  return {
+      {"type", "heatmap"},
+      {"x", plot_numbers(numbers_of(series, "x"))},
+      {"y", plot_numbers(numbers_of(series, "y"))},
+      {"z", plot_numbers(numbers_of(series, "colour"))},
+      {"colorscale", scale},
+      {"xgap", 1},
+      {"ygap", 1},
+      {"colorbar",
+       {{"title", {{"text", text(series, {"name"})}, {"side", "right"}, {"font", {{"size", 12}}}}},
+        {"thickness", 12},
+        {"outlinewidth", 0}}}};
+}
+
+// Colour by colour, then dashed and dotted in the same colours.
+Json series_trace(const Json& series, std::size_t index, double point_size) {
+  constexpr std::array<std::string_view, 6> thesis_colours = {"var(--measured-strong)",
+                                                              "var(--stage3)",
+                                                              "var(--stage4)",
+                                                              "var(--stage5)",
+                                                              "var(--stage0)",
+                                                              "var(--simulated)"};
+  constexpr std::array<std::string_view, 6> our_colours = {"var(--simulated)",
+                                                           "var(--stage4)",
+                                                           "var(--stage3)",
+                                                           "var(--stage5)",
+                                                           "var(--measured-strong)",
+                                                           "var(--stage0)"};
+  constexpr std::array<std::string_view, 3> dashes = {"solid", "dash", "dot"};
   const bool ours = at(series, {"ours"}) == true;
-  const std::string_view colour = (ours ? our_colours : thesis_colours)[index % 4];
+  const std::string_view colour = (ours ? our_colours : thesis_colours)[index % our_colours.size()];
   const std::string name = text(series, {"name"});
-  Json trace =
-      at(series, {"line"}) == true
-          ? line(numbers("x"), numbers("y"), name, colour)
-          : points(numbers("x"), numbers("y"), name, colour, ours ? "diamond" : "circle", 9);
-  const std::vector<double> spread = numbers("spread");
+  const std::vector<double> x = numbers_of(series, "x"), y = numbers_of(series, "y");
+  Json trace;
+  if (at(series, {"line"}) == true) {
+    trace = line(x, y, name, colour);
+    trace["line"]["dash"] = dashes[index / our_colours.size() % dashes.size()];
+  } else {
+    trace = points(x, y, name, colour, ours ? "diamond" : "circle", point_size);
+  }
+  const std::vector<double> spread = numbers_of(series, "spread");
   if (!spread.empty()) {
     trace["error_y"] = {{"type", "data"}, {"array", plot_numbers(spread)}, {"thickness", 1.5}};
   }
   return trace;
 }
 
-Figure figure_of(const Json& curve) {
-  FigureChoice choice;
+// One choice of a figure: the series that name it, and those that name none.
+FigureChoice choice_of(const Json& curve, const std::string& label) {
+  FigureChoice choice{.label = label};
+  const double point_size = at(curve, {"picture"}) == true ? 4.0 : 9.0;  // px; grains are many
   std::size_t ours = 0, others = 0;
   for (const Json& series : list(curve, {"series"})) {
+    const std::string of = text(series, {"choice"});
+    if (!of.empty() && of != label) continue;
     std::size_t& index = at(series, {"ours"}) == true ? ours : others;
-    choice.traces.push_back(series_trace(series, index++));
+    choice.traces.push_back(list(series, {"colour"}).empty()
+                                ? series_trace(series, index++, point_size)
+                                : squares_trace(series));
   }
+  return choice;
+}
+
+Figure figure_of(const Json& curve) {
+  std::vector<std::string> labels;
+  for (const Json& series : list(curve, {"series"})) {
+    const std::string of = text(series, {"choice"});
+    if (!of.empty() && std::find(labels.begin(), labels.end(), of) == labels.end())
+      labels.push_back(of);
+  }
+  if (labels.empty()) labels.emplace_back();
+  std::vector<FigureChoice> choices;
+  for (const std::string& label : labels) choices.push_back(choice_of(curve, label));
   const auto scaled = [&](std::string_view title, std::string_view logarithmic) {
     const bool is_log = at(curve, {logarithmic}) == true;
     return axis(
         text(curve, {title}),
         is_log ? Json{{"type", "log"}, {"exponentformat", "power"}, {"dtick", 1}} : Json::object());
   };
+  Json across = scaled("x_title", "log_x"), up = scaled("y_title", "log_y");
+  const bool is_picture = at(curve, {"picture"}) == true;
+  if (is_picture) {
+    across["constrain"] = up["constrain"] = "domain";
+    up["scaleanchor"] = "x";
+  }
   return {.id = text(curve, {"id"}),
           .caption = text(curve, {"caption"}),
-          .layout = {{"xaxis", scaled("x_title", "log_x")}, {"yaxis", scaled("y_title", "log_y")}},
-          .menu = "",
-          .choices = {choice}};
+          .height = is_picture ? 640 : 380,
+          .layout = {{"xaxis", across}, {"yaxis", up}},
+          .menu = text(curve, {"menu"}),
+          .choices = std::move(choices)};
 }
 
 // Targets belong to the chapter or appendix whose number they bear.

@@ -54,7 +54,9 @@ Json curve_json(const Curve& curve) {
                       {"y", numbers_json(one.y)},
                       {"spread", numbers_json(one.spread)},
                       {"ours", one.is_ours},
-                      {"line", one.is_line}});
+                      {"line", one.is_line},
+                      {"colour", numbers_json(one.colour)},
+                      {"choice", one.choice}});
   }
   return {{"id", curve.id},
           {"caption", curve.caption},
@@ -62,6 +64,8 @@ Json curve_json(const Curve& curve) {
           {"y_title", curve.y_title},
           {"log_x", curve.log_x},
           {"log_y", curve.log_y},
+          {"menu", curve.menu},
+          {"picture", curve.is_picture},
           {"series", series}};
 }
 

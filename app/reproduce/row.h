@@ -32,18 +32,20 @@ struct Row {
   int seeds = 0;
   double tolerance = no_number;  // largest difference from what is printed, in the same unit
   Verdict verdict = Verdict::fail;
-  int errata = 0;  // number of the erratum; 0: none
+  int errata = 0;            // number of the erratum; 0: none
   std::string note;
   std::string source;  // in the thesis
 };
 
-// A line or points of a figure.
+// A line, points or squares of a figure.
 struct Series {
   std::string name;
   std::vector<double> x, y;
   std::vector<double> spread = {};  // standard deviation of y; empty where there is none
   bool is_ours = false;             // simulated or recomputed by us
   bool is_line = false;
+  std::vector<double> colour = {};  // of squares: what the colour at (x, y) shows; else empty
+  std::string choice = {};          // the entry of the figure's menu that shows it; empty: all
 };
 
 struct Curve {
@@ -51,6 +53,8 @@ struct Curve {
   std::string caption, x_title, y_title;
   bool log_x = false, log_y = false;
   std::vector<Series> series;
+  std::string menu = {};    // what its choices are: "Aspect ratio"
+  bool is_picture = false;  // both axes in the same scale
 };
 
 struct TargetResult {
