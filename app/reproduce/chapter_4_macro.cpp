@@ -114,14 +114,16 @@ double k_of_wide_orifices(const ThesisData& thesis, std::span<const std::string>
 // How many values a group must have for t and P to round to what is printed.
 std::vector<int> counts_that_fit(const calibrate::SampleSummary& first,
                                  const calibrate::SampleSummary& second,
-                                 double t,
-                                 double p) {
+                                 const Printed& t,
+                                 const Printed& p) {
   std::vector<int> counts;
   for (int count = 3; count < 80; ++count) {
     calibrate::SampleSummary one = first, two = second;
     one.count = two.count = count;
     const TTest test = calibrate::welch_test(one, two);
-    if (std::abs(test.t - t) <= 0.005 && std::abs(test.p - p) <= 0.005) counts.push_back(count);
+    if (std::abs(test.t - t.value()) <= t.rounding() &&
+        std::abs(test.p - p.value()) <= p.rounding())
+      counts.push_back(count);
   }
   return counts;
 }
@@ -334,10 +336,9 @@ void examine_table_4_7(Examination& exam, const ThesisData& thesis) {
     }
     exam.compare(orifice + "t value", t, test.t, fmt::format("n = {}", bins));
     exam.compare(orifice + "P value", p, test.p, fmt::format("n = {}", bins));
-    exam.add_note(fmt::format(
-        "{}t and P are printed so for n = {} values a group.",
-        orifice,
-        fmt::join(counts_that_fit(group(row), group(row + 1), t.value(), p.value()), ", ")));
+    exam.add_note(fmt::format("{}t and P are printed so for n = {} values a group.",
+                              orifice,
+                              fmt::join(counts_that_fit(group(row), group(row + 1), t, p), ", ")));
   }
   // Mass balance: mean speed = q / (rho W)
   const double width = thesis.si(properties, "hopper_width");
