@@ -15,24 +15,30 @@ namespace {
 // Raised when the same inputs give other numbers, so that stored ones are not taken for them.
 constexpr const char* numbers_version = "3";
 
-// Nothing where the file is absent, of other inputs, or cannot be read.
-nlohmann::ordered_json stored(const std::filesystem::path& file, const std::string& key) {
-  if (!std::filesystem::exists(file)) return nullptr;
-  const auto kept = nlohmann::ordered_json::parse(
-      datasets::read_whole(file), nullptr, /*allow_exceptions=*/false);
-  if (!kept.is_object() || kept.value("inputs", "") != key) return nullptr;
-  return kept.value("result", nlohmann::ordered_json());
+}  // namespace
+
+std::filesystem::path Studies::file_of(const std::string& name) const {
+  return folder_ / "studies" / (name + ".json");
 }
 
-}  // namespace
+std::string Studies::key_of(const std::string& inputs) const {
+  return "numbers " + std::string(numbers_version) + "; seed " + std::to_string(seed_) + "; " +
+         inputs;
+}
+
+// Nothing where the file is absent, of other inputs, or cannot be read.
+Studies::Json Studies::stored(const std::string& name, const std::string& inputs) const {
+  const std::filesystem::path file = file_of(name);
+  if (!std::filesystem::exists(file)) return nullptr;
+  const auto kept = Json::parse(datasets::read_whole(file), nullptr, /*allow_exceptions=*/false);
+  if (!kept.is_object() || kept.value("inputs", "") != key_of(inputs)) return nullptr;
+  return kept.value("result", Json());
+}
 
 Studies::Json Studies::result(const std::string& name,
                               const std::string& inputs,
                               const std::function<Json()>& run) {
-  const std::filesystem::path file = folder_ / "studies" / (name + ".json");
-  const std::string key =
-      "numbers " + std::string(numbers_version) + "; seed " + std::to_string(seed_) + "; " + inputs;
-  Json result = stored(file, key);
+  Json result = stored(name, inputs);
   if (!result.is_null()) return result;
   const auto start = std::chrono::steady_clock::now();
   progress_.show(name, 0.0, "");
@@ -40,7 +46,8 @@ Studies::Json Studies::result(const std::string& name,
   if (is_interrupted()) throw calibrate::Interrupted();
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const Json kept = {{"inputs", key}, {"seconds", seconds}, {"result", result}};
+  const std::filesystem::path file = file_of(name);
+  const Json kept = {{"inputs", key_of(inputs)}, {"seconds", seconds}, {"result", result}};
   std::filesystem::create_directories(file.parent_path());
   datasets::write_whole(file, kept.dump(1) + "\n");
   // As it will be read back, so that a run and its repetition give the same digits.

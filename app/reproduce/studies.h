@@ -21,6 +21,8 @@ class Studies {
   // What `run` gives for these inputs: read from studies/<name>.json where it was stored for the
   // same inputs, seed and version of our numbers, else run and stored.
   Json result(const std::string& name, const std::string& inputs, const std::function<Json()>& run);
+  // What is stored under that name for these inputs; null where nothing is.
+  Json stored(const std::string& name, const std::string& inputs) const;
 
   // Runs task(0) ... task(count - 1) on several threads; each writes into its own place. Throws
   // calibrate::Interrupted after Ctrl-C.
@@ -31,6 +33,9 @@ class Studies {
   ProgressLine& progress() { return progress_; }
 
  private:
+  std::filesystem::path file_of(const std::string& name) const;
+  std::string key_of(const std::string& inputs) const;
+
   std::filesystem::path folder_;
   std::uint64_t seed_;
   int jobs_;

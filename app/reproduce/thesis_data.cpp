@@ -159,10 +159,21 @@ int ThesisData::count(const std::string& study, const std::string& quantity) con
 }
 
 std::string ThesisData::settings_text(const std::string& study) const {
+  return settings_text(study, [](const std::string&) { return true; });
+}
+
+std::string ThesisData::settings_text_of_a_run(const std::string& study) const {
+  return settings_text(study, [](const std::string& quantity) {
+    return quantity != "seeds" && !quantity.ends_with("_tolerance");
+  });
+}
+
+std::string ThesisData::settings_text(
+    const std::string& study, const std::function<bool(const std::string&)>& is_told) const {
   const Table& from = table("resimulation");
   std::string text;
   for (std::size_t row = 0; row < from.rows(); ++row) {
-    if (from.text(row, "study") != study) continue;
+    if (from.text(row, "study") != study || !is_told(from.text(row, "quantity"))) continue;
     text += fmt::format(
         "{}={} {};", from.text(row, "quantity"), from.text(row, "value"), from.text(row, "unit"));
   }

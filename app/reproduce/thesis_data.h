@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -71,10 +72,14 @@ class ThesisData {
   int count(const std::string& study, const std::string& quantity) const;
   // All settings of a study as text, for recognising a stored result.
   std::string settings_text(const std::string& study) const;
+  // The same without what changes no single run: how many there are, and the tolerances.
+  std::string settings_text_of_a_run(const std::string& study) const;
 
   std::vector<Erratum> errata() const;
 
  private:
+  std::string settings_text(const std::string& study,
+                            const std::function<bool(const std::string&)>& is_told) const;
   std::size_t row_of(const datasets::Table& table, const std::string& quantity) const;
 
   std::filesystem::path folder_;
