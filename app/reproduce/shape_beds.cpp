@@ -18,6 +18,7 @@
 #include "app/hopper_measures.h"
 #include "app/interrupt.h"
 #include "app/reproduce/row.h"
+#include "app/reproduce/shape_pictures.h"
 #include "app/scene_run.h"
 #include "sim/profile.h"
 
@@ -116,27 +117,6 @@ DistributionShape shape_of(const std::vector<double>& values) {
   return shape;
 }
 
-// Solid fractions of the squares that hold a grain's centre (section 5.3.1).
-std::vector<double> square_fractions(const std::vector<sim::Vec3>& centres,
-                                     double side,
-                                     const Grain& grain) {
-  std::map<std::pair<int, int>, int> counts;
-  for (const sim::Vec3& centre : centres) {
-    ++counts[{static_cast<int>(std::floor(centre.x() / side)),
-              static_cast<int>(std::floor(centre.z() / side))}];
-  }
-  std::vector<double> fractions;
-  for (const auto& [square, count] : counts)
-    fractions.push_back(count * grain.area / (side * side));
-  return fractions;
-}
-
-double top_of(const std::vector<sim::Vec3>& centres) {
-  double top = 0.0;
-  for (const sim::Vec3& centre : centres) top = std::max(top, centre.z());
-  return top;
-}
-
 // Of the lower nine tenths of the bed, which the ragged surface does not touch.
 double bulk_fraction(const std::vector<sim::Vec3>& centres, double width, const Grain& grain) {
   const double height = 0.9 * top_of(centres);
@@ -190,73 +170,58 @@ DischargeLine straight_part(const std::vector<double>& time,
   return line;
 }
 
-// How the grains inside the hopper move, summed over the frames of the straight part.
+// How the grains inside the hopper move in a frame, or in several together.
 struct InnerMotion {
   std::array<double, 3> rotational = {}, translational = {};  // J; left, centre, right (5.3, 5.4)
   std::array<double, 3> sideways = {}, downwards = {};  // m/s; lower, middle, upper third at rest
 
-  void add(const SceneRun& run, const sim::State& state, double width, double height) {
-    const auto third = [](double share) { return std::clamp(static_cast<int>(3.0 * share), 0, 2); };
-    for (std::size_t i = 0; i < state.position.size(); ++i) {
-      const sim::Vec3 &place = state.position[i], &velocity = state.velocity[i];
-      if (place.z() < 0.0) continue;
-      const sim::Clump& clump = run.scene.types[run.scene.bodies[i].type];
-      const int across = third(place.x() / width + 0.5), up = third(place.z() / height);
-      const double spin = state.angular_velocity[i].y();
-      rotational[across] += 0.5 * clump.inertia.y() * spin * spin;
-      translational[across] += 0.5 * clump.mass * velocity.squaredNorm();
-      sideways[up] += std::abs(velocity.x());
-      downwards[up] += std::abs(velocity.z());
+  void add(const InnerMotion& other) {
+    for (std::size_t third = 0; third < rotational.size(); ++third) {
+      rotational[third] += other.rotational[third];
+      translational[third] += other.translational[third];
+      sideways[third] += other.sideways[third];
+      downwards[third] += other.downwards[third];
     }
   }
 };
 
-double sum_of(const std::array<double, 3>& parts) { return parts[0] + parts[1] + parts[2]; }
-
-// Normal force on the side walls by tenths of the height of the bed at rest, from below, N; mean of
-// both walls, in the first frame after the opening.
-std::vector<double> force_by_tenths(const datasets::SceneFile& file,
-                                    const SceneRun& run,
-                                    std::size_t rest) {
-  const auto first =
-      std::find_if(run.frames.begin() + static_cast<std::ptrdiff_t>(rest),
-                   run.frames.end(),
-                   [](const SceneFrame& frame) { return !frame.strip_force.empty(); });
-  if (first == run.frames.end()) return {};
-  std::vector<double> force(static_cast<std::size_t>(run.strips.count), 0.0);
-  for (std::size_t w = 0; w < file.walls.size(); ++w) {
-    if (file.walls[w].name != "left" && file.walls[w].name != "right") continue;
-    for (std::size_t strip = 0; strip < force.size(); ++strip)
-      force[strip] += 0.5 * first->strip_force[w][strip];
+InnerMotion motion_in(const SceneRun& run, const sim::State& state, double width, double height) {
+  InnerMotion motion;
+  const auto third = [](double share) { return std::clamp(static_cast<int>(3.0 * share), 0, 2); };
+  for (std::size_t i = 0; i < state.position.size(); ++i) {
+    const sim::Vec3 &place = state.position[i], &velocity = state.velocity[i];
+    if (place.z() < 0.0) continue;
+    const sim::Clump& clump = run.scene.types[run.scene.bodies[i].type];
+    const int across = third(place.x() / width + 0.5), up = third(place.z() / height);
+    const double spin = state.angular_velocity[i].y();
+    motion.rotational[across] += 0.5 * clump.inertia.y() * spin * spin;
+    motion.translational[across] += 0.5 * clump.mass * velocity.squaredNorm();
+    motion.sideways[up] += std::abs(velocity.x());
+    motion.downwards[up] += std::abs(velocity.z());
   }
-  return force;
+  return motion;
 }
 
-// Where the grains go that lie nearest to the middles of `in_a_row` by `in_a_row` equal fields of
-// the bed, m, frame by frame until they have left.
-Json paths_of_marked(const SceneRun& run, std::size_t rest, double width, int in_a_row) {
-  const std::vector<sim::Vec3>& centres = run.frames[rest].state.position;
-  const double height = top_of(centres);
-  Json paths = Json::array();
-  for (int field = 0; field < in_a_row * in_a_row; ++field) {
-    const sim::Vec3 middle(((field % in_a_row + 0.5) / in_a_row - 0.5) * width,
-                           0.0,
-                           (field / in_a_row + 0.5) / in_a_row * height);
-    const auto nearest =
-        std::min_element(centres.begin(), centres.end(), [&](const auto& a, const auto& b) {
-          return (a - middle).squaredNorm() < (b - middle).squaredNorm();
-        });
-    const auto marked = static_cast<std::size_t>(nearest - centres.begin());
-    std::vector<double> x, z;
-    for (std::size_t f = rest; f < run.frames.size(); ++f) {
-      const sim::Vec3& place = run.frames[f].state.position[marked];
-      if (place.z() < 0.0) break;
-      x.push_back(place.x());
-      z.push_back(place.z());
+double sum_of(const std::array<double, 3>& parts) { return parts[0] + parts[1] + parts[2]; }
+
+// Centres of the grains that have not left.
+std::vector<sim::Vec3> inside_of(const sim::State& state) {
+  std::vector<sim::Vec3> inside;
+  for (const sim::Vec3& place : state.position)
+    if (place.z() >= 0.0) inside.push_back(place);
+  return inside;
+}
+
+// Element spheres that reach down to the floor.
+int floor_contacts(const SceneRun& run, const sim::State& state) {
+  int contacts = 0;
+  for (std::size_t i = 0; i < state.position.size(); ++i) {
+    for (const sim::ElementSphere& sphere : run.scene.types[run.scene.bodies[i].type].spheres) {
+      const double z = (state.position[i] + state.orientation[i] * sphere.centre).z();
+      if (z - sphere.radius < 0.0) ++contacts;
     }
-    paths.push_back({{"x", x}, {"z", z}});
   }
-  return paths;
+  return contacts;
 }
 
 }  // namespace
@@ -274,6 +239,9 @@ Json run_bed(const ThesisData& thesis,
   if (run.status != sim::RunStatus::completed || !run.reached_event)
     return {{"failed", run.message}};
   const auto percent_of = [&](const char* name) { return 100.0 * thesis.setting("shape", name); };
+  const auto share_of = [&](const char* name) {
+    return thesis.number(scalars, name) * unit_in_si("percent");
+  };
 
   // 1. At rest: the last frame before the opening
   std::size_t rest = 0;
@@ -281,9 +249,10 @@ Json run_bed(const ThesisData& thesis,
     ++rest;
   const SceneFrame& bed = run.frames[rest];
   const std::vector<sim::Vec3>& centres = bed.state.position;
-  const double side = thesis.number(scalars, "solid_fraction_mesh") * unit_in_si("cm");
   const double width = thesis.si(parameters, "hopper_width");
-  const DistributionShape shape = shape_of(square_fractions(centres, side, grain));
+  const Squares mesh{thesis.number(scalars, "solid_fraction_mesh") * unit_in_si("cm"), width};
+  const Json squares = solid_fraction_of_squares(centres, mesh, grain.area);
+  const DistributionShape shape = shape_of(squares.at("fraction").get<std::vector<double>>());
   double weight = 0.0;
   for (const sim::Body& body : run.scene.bodies)
     weight += run.scene.types[body.type].mass * -file.gravity.z();
@@ -294,8 +263,10 @@ Json run_bed(const ThesisData& thesis,
 
   // 2. Running out
   std::vector<double> time, percent;
-  std::vector<sim::State> early;  // when the first bands of shear show
-  InnerMotion motion;
+  std::vector<sim::State> early;                     // when the first bands of shear show
+  InnerMotion motion;                                // summed over the straight part
+  std::array<std::vector<double>, 3> energy_ratios;  // frame by frame: left, centre, right
+  Json squares_running;                              // in the middle of the straight part
   double largest_on_left = 0.0;
   for (std::size_t f = rest; f < run.frames.size(); ++f) {
     const SceneFrame& frame = run.frames[f];
@@ -307,15 +278,21 @@ Json run_bed(const ThesisData& thesis,
     if (since >= thesis.setting("shape", "band_from") &&
         since <= thesis.setting("shape", "band_to"))
       early.push_back(frame.state);
+    const InnerMotion now = motion_in(run, frame.state, width, top_of(centres));
+    for (std::size_t third = 0; third < energy_ratios.size(); ++third)
+      energy_ratios[third].push_back(now.rotational[third] / now.translational[third]);
+    if (squares_running.is_null() &&
+        percent.back() >= 0.5 * (percent_of("steady_from") + percent_of("steady_to"))) {
+      squares_running = solid_fraction_of_squares(inside_of(frame.state), mesh, grain.area);
+    }
     if (percent.back() >= percent_of("steady_from") && percent.back() <= percent_of("steady_to"))
-      motion.add(run, frame.state, width, top_of(centres));
+      motion.add(now);
   }
   const DischargeLine line = straight_part(time, percent, thesis);
-  const auto band = shear_band_angle(
-      early,
-      {.height = thesis.setting("shape", "band_height"),
-       .row_height = thesis.setting("shape", "band_row"),
-       .slow_share = thesis.number(scalars, "velocity_class_slow") * unit_in_si("percent")});
+  const auto band = shear_band_angle(early,
+                                     {.height = thesis.setting("shape", "band_height"),
+                                      .row_height = thesis.setting("shape", "band_row"),
+                                      .slow_share = share_of("velocity_class_slow")});
   return {{"fraction", bulk_fraction(centres, width, grain)},
           {"skewness", shape.skewness},
           {"kurtosis", shape.kurtosis},
@@ -324,12 +301,16 @@ Json run_bed(const ThesisData& thesis,
           {"rested", run.phases.front().came_to_rest},
           {"rest_time", run.phases.front().end - run.phases.front().start},
           {"wall_force_per_height", 0.5 * (on_left + on_right) / top_of(centres)},
+          {"floor_contacts", floor_contacts(run, bed.state)},
           {"wall_strips", force_by_tenths(file, run, rest)},
+          {"wall_history", wall_history(file, run, rest, thesis.setting("shape", "pulse_time"))},
           {"delay", line.delay},
           {"rate", line.rate},
           {"roughness", line.roughness},
           {"energy_ratio", sum_of(motion.rotational) / sum_of(motion.translational)},
+          {"energy_ratio_left", motion.rotational[0] / motion.translational[0]},
           {"energy_ratio_centre", motion.rotational[1] / motion.translational[1]},
+          {"energy_ratio_right", motion.rotational[2] / motion.translational[2]},
           {"energy_ratio_sides",
            (motion.rotational[0] + motion.rotational[2]) /
                (motion.translational[0] + motion.translational[2])},
@@ -339,6 +320,16 @@ Json run_bed(const ThesisData& thesis,
           {"pulse", on_left > 0.0 ? largest_on_left / on_left : no_number},
           {"time", time},
           {"percent", percent},
+          {"energy_ratios_in_time",
+           {{"left", energy_ratios[0]}, {"centre", energy_ratios[1]}, {"right", energy_ratios[2]}}},
+          {"squares", squares},
+          {"squares_running", squares_running},
+          {"speed_classes",
+           early.empty() ? Json::object()
+                         : speed_classes(early.back(),
+                                         thesis.setting("shape", "drawn_height"),
+                                         share_of("velocity_class_slow"),
+                                         share_of("velocity_class_fast"))},
           {"marked", paths_of_marked(run, rest, width, thesis.count("shape", "marked_in_a_row"))}};
 }
 

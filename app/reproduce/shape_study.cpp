@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <limits>
+#include <map>
 
-#include "app/reproduce/shape_beds.h"
+#include "app/reproduce/shape_figures.h"
+#include "app/reproduce/shape_runs.h"
 #include "app/reproduce/targets.h"
-#include "calibrate/ensemble.h"
-#include "datasets/run_folder.h"
 
 namespace graintruth::app {
 
@@ -19,120 +18,97 @@ namespace {
 
 using Json = Studies::Json;
 
-const std::string parameters = "table_5_1_parameters";
 const std::string scalars = "ch5_scalars";
-const std::string shapes = "table_5_2_solid_fraction_shape";
-
-// One run of many: a bed or a heap.
-struct ShapeRun {
-  int aspect_ratio = 1;
-  std::uint64_t seed = 0;
-  std::string name;
-};
-
-// How far all runs of a kind are. A run costs as its spheres do; its filling, or consolidation, is
-// a half of it.
-class ShapeProgress {
- public:
-  ShapeProgress(std::string job, const std::vector<ShapeRun>& runs, ProgressLine& line)
-      : job_(std::move(job)), runs_(runs), shares_(runs.size()), line_(line) {}
-
-  // For one run, on any thread.
-  PhaseProgress of(std::size_t run) {
-    return [this, run, first = std::string()](
-               const std::string& phase, double share, const std::string& detail) mutable {
-      if (first.empty()) first = phase;
-      shares_[run] = (phase == first ? 0.0 : 0.5) + 0.5 * share;
-      show(runs_[run].name + " " + phase + " " + detail);
-    };
-  }
-  void finish(std::size_t run) { shares_[run] = 1.0; }
-
- private:
-  void show(const std::string& detail) {
-    double done = 0.0, all = 0.0;
-    for (std::size_t i = 0; i < runs_.size(); ++i) {
-      done += runs_[i].aspect_ratio * shares_[i];
-      all += runs_[i].aspect_ratio;
-    }
-    line_.show(job_, done / all, detail);
-  }
-
-  std::string job_;
-  const std::vector<ShapeRun>& runs_;
-  std::vector<std::atomic<double>> shares_;
-  ProgressLine& line_;
-};
-
-// The runs of one aspect ratio, and what is said of those that failed.
-struct ShapeRuns {
-  std::string label;
-  std::vector<Json> runs;
-  std::string failure;
-
-  std::vector<double> values(const char* key) const {
-    std::vector<double> found;
-    for (const Json& run : runs)
-      if (run.at(key).is_number()) found.push_back(run.at(key).get<double>());
-    return found;
-  }
-  Simulated of(const char* key) const {
-    const std::vector<double> found = values(key);
-    return found.empty() ? Simulated{.seeds = 0} : over_seeds(found);
-  }
-};
-
-using RunOfShape = Json (*)(const ThesisData&,
-                            int aspect_ratio,
-                            std::uint64_t seed,
-                            const PhaseProgress&);
-
-// All aspect ratios and seeds of one kind of run, each stored by itself.
-std::vector<ShapeRuns> run_all(const ThesisData& thesis,
-                               Studies& studies,
-                               const std::string& kind,
-                               const std::string& settings,
-                               RunOfShape run) {
-  const auto seeds =
-      calibrate::make_seeds(studies.seed(), settings, thesis.count(settings, "seeds"));
-  std::vector<ShapeRun> runs;
-  for (const double ratio : thesis.settings(settings, "aspect_ratios")) {
-    for (std::size_t i = 0; i < seeds.size(); ++i) {
-      const int aspect_ratio = static_cast<int>(std::lround(ratio));
-      runs.push_back({aspect_ratio,
-                      seeds[i],
-                      fmt::format("study-shape-aspect-ratio-{}-{}-{}", aspect_ratio, kind, i + 1)});
-    }
-  }
-  const std::string inputs = fmt::format("{} {} {} particles in {} m",
-                                         thesis.settings_text(settings),
-                                         datasets::file_hash(scene_of_hopper()),
-                                         thesis.number(parameters, "particles"),
-                                         thesis.si(parameters, "hopper_width"));
-  std::vector<Json> found(runs.size());
-  ShapeProgress progress("study-shape, " + kind + "s", runs, studies.progress());
-  // The longest first, so that none is left to run alone at the end
-  studies.in_parallel(static_cast<int>(runs.size()), [&](int turn) {
-    const std::size_t i = runs.size() - 1 - static_cast<std::size_t>(turn);
-    found[i] = studies.result(runs[i].name, inputs, [&] {
-      return run(thesis, runs[i].aspect_ratio, runs[i].seed, progress.of(i));
-    });
-    progress.finish(i);
-  });
-  std::vector<ShapeRuns> all;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const std::string label = std::to_string(runs[i].aspect_ratio);
-    if (all.empty() || all.back().label != label) all.push_back({label, {}, {}});
-    if (found[i].contains("failed")) {
-      all.back().failure = found[i].at("failed").get<std::string>();
-    } else {
-      all.back().runs.push_back(std::move(found[i]));
-    }
-  }
-  return all;
-}
 
 double separation(const Simulated& a, const Simulated& b) { return std::hypot(a.spread, b.spread); }
+
+// Standard deviation over mean, %, of the solid fraction of squares while the bed runs out; not of
+// the highest square of each column, which the surface cuts.
+Simulated unevenness(const ShapeRuns& beds) {
+  std::vector<double> of_beds;
+  for (const Json& run : beds.runs) {
+    if (run.at("squares_running").is_null()) continue;
+    const Json& squares = run.at("squares_running");
+    const auto x = squares.at("x").get<std::vector<double>>();
+    const auto z = squares.at("z").get<std::vector<double>>();
+    const auto fraction = squares.at("fraction").get<std::vector<double>>();
+    std::map<double, double> highest;  // by column
+    for (std::size_t i = 0; i < x.size(); ++i) highest[x[i]] = std::max(highest[x[i]], z[i]);
+    std::vector<double> below;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (z[i] < highest[x[i]]) below.push_back(fraction[i]);
+    if (below.size() < 2) continue;
+    const Simulated spread = over_seeds(below);
+    of_beds.push_back(100.0 * spread.spread / spread.mean);
+  }
+  return of_beds.empty() ? Simulated{.seeds = 0} : over_seeds(of_beds);
+}
+
+// Rates over windows of a discharge, %/s, and the middles of the windows, s.
+struct WindowRates {
+  std::vector<double> time, percent, rate;
+};
+
+WindowRates window_rates(const ThesisData& thesis, const Json& run) {
+  const double window = thesis.setting("shape_discharge", "window");
+  const auto time = run.at("time").get<std::vector<double>>();
+  const auto percent = run.at("percent").get<std::vector<double>>();
+  WindowRates rates;
+  for (std::size_t from = 0, to = 0; from < time.size(); ++from) {
+    while (to < time.size() && time[to] < time[from] + window * (1.0 - 1e-6)) ++to;
+    if (to == time.size()) break;
+    rates.time.push_back(0.5 * (time[from] + time[to]));
+    rates.percent.push_back(0.5 * (percent[from] + percent[to]));
+    rates.rate.push_back((percent[to] - percent[from]) / (time[to] - time[from]));
+  }
+  return rates;
+}
+
+// Of the straight part, % of its own rate.
+Simulated lowest_rate(const ThesisData& thesis, const ShapeRuns& beds) {
+  const double from = 100.0 * thesis.setting("shape", "steady_from");
+  const double to = 100.0 * thesis.setting("shape", "steady_to");
+  std::vector<double> of_beds;
+  for (const Json& run : beds.runs) {
+    if (!run.at("rate").is_number()) continue;
+    const WindowRates rates = window_rates(thesis, run);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < rates.rate.size(); ++i) {
+      if (rates.percent[i] >= from && rates.percent[i] <= to)
+        lowest = std::min(lowest, rates.rate[i]);
+    }
+    if (std::isfinite(lowest)) of_beds.push_back(100.0 * lowest / run.at("rate").get<double>());
+  }
+  return of_beds.empty() ? Simulated{.seeds = 0} : over_seeds(of_beds);
+}
+
+// Since the opening, s.
+Simulated time_to_constant_rate(const ThesisData& thesis, const ShapeRuns& beds) {
+  const double share = thesis.setting("shape_discharge", "constant_share");
+  std::vector<double> of_beds;
+  for (const Json& run : beds.runs) {
+    if (!run.at("rate").is_number()) continue;
+    const WindowRates rates = window_rates(thesis, run);
+    const auto reached = std::find_if(rates.rate.begin(), rates.rate.end(), [&](double rate) {
+      return rate >= share * run.at("rate").get<double>();
+    });
+    if (reached != rates.rate.end())
+      of_beds.push_back(rates.time[static_cast<std::size_t>(reached - rates.rate.begin())]);
+  }
+  return of_beds.empty() ? Simulated{.seeds = 0} : over_seeds(of_beds);
+}
+
+// How far marked grains have turned in the end, degrees either way; mean over those of a bed.
+Simulated turn_of_marked(const ShapeRuns& beds) {
+  std::vector<double> of_beds;
+  for (const Json& run : beds.runs) {
+    double sum = 0.0;
+    for (const Json& grain : run.at("marked"))
+      sum += std::abs(grain.at("turned").back().get<double>());
+    of_beds.push_back(sum / static_cast<double>(run.at("marked").size()));
+  }
+  return of_beds.empty() ? Simulated{.seeds = 0} : over_seeds(of_beds);
+}
 
 // 100 (1 - b/a), its spread from both.
 Simulated fall_percent(const Simulated& a, const Simulated& b) {
@@ -186,17 +162,32 @@ void examine_packing(Examination& exam,
                error.mean <= printed.value(),
                "claimed: no more than printed");
   }
-  const datasets::Table& table = thesis.table(shapes);
-  for (std::size_t row = 0; row < std::min(table.rows(), beds.size()); ++row) {
-    for (const char* column : {"skewness", "kurtosis"}) {
-      const Simulated found = beds[row].of(column);
-      exam.claim_value(
-          fmt::format("aspect ratio {}: {} of solid fraction", beds[row].label, column),
-          thesis.cell(shapes, row, column, "-"),
-          found,
-          2.0 * found.spread,
-          "within two standard deviations of ours: the thesis's is one bed");
-    }
+  const Simulated more{
+      .mean = beds[1].of("floor_contacts").mean - beds[0].of("floor_contacts").mean,
+      .spread = separation(beds[1].of("floor_contacts"), beds[0].of("floor_contacts")),
+      .seeds = beds[0].of("floor_contacts").seeds};
+  exam.claim_value("aspect ratio 2: more contacts with the bottom than spheres",
+                   thesis.printed(scalars, "extra_bottom_contacts_AR2_over_AR1"),
+                   more,
+                   thesis.setting("shape", "contacts_tolerance"),
+                   "element spheres that touch it");
+  for (const char* ratio : {"1", "2"}) {
+    exam.not_run(fmt::format("aspect ratio {}: largest damping force on the bottom", ratio),
+                 thesis.printed(scalars, fmt::format("max_damping_force_AR{}", ratio)),
+                 "our forces on walls are not split into spring and dashpot");
+  }
+  for (std::size_t i = 1; i < beds.size(); ++i) {
+    const Simulated here = unevenness(beds[i]), spheres = unevenness(beds[0]);
+    exam.claim(
+        fmt::format("aspect ratio {}: a less even bed than that of spheres while it runs out",
+                    beds[i].label),
+        {"uneven", "percent", "sec 5.3.2.1"},
+        here,
+        no_number,
+        here.mean > spheres.mean + separation(here, spheres),
+        fmt::format("standard deviation over mean of solid fraction in squares below the "
+                    "surface; of spheres {:.1f}",
+                    spheres.mean));
   }
 }
 
@@ -204,10 +195,6 @@ void examine_packing(Examination& exam,
 void examine_discharge(Examination& exam,
                        const ThesisData& thesis,
                        const std::vector<ShapeRuns>& beds) {
-  Curve curve{.id = "shape-discharge",
-              .caption = "Grains that have left against time, first bed of each aspect ratio.",
-              .x_title = "Time (s)",
-              .y_title = "Discharged (%)"};
   for (std::size_t i = 0; i < beds.size(); ++i) {
     const std::string ratio = "aspect ratio " + beds[i].label;
     exam.claim_value(ratio + ": delay of the discharge",
@@ -215,45 +202,67 @@ void examine_discharge(Examination& exam,
                      beds[i].of("delay"),
                      thesis.setting("shape", "delay_tolerance"));
     const Simulated pulse = beds[i].of("pulse");
-    exam.claim(ratio + (i == 0 ? ": no pulse of the wall force at the opening"
-                               : ": a pulse of the wall force at the opening"),
-               {i == 0 ? "almost constant" : "pulse", "-", "sec 5.3.3.1"},
-               pulse,
-               no_number,
-               i == 0
-                   ? pulse.mean <= 1.0 + 2.0 * pulse.spread
-                   : pulse.mean > beds[0].of("pulse").mean + separation(pulse, beds[0].of("pulse")),
-               "largest force on a side wall over that at rest");
-    if (!beds[i].runs.empty()) {
-      curve.series.push_back({.name = ratio,
-                              .x = beds[i].runs.front().at("time").get<std::vector<double>>(),
-                              .y = beds[i].runs.front().at("percent").get<std::vector<double>>(),
-                              .is_ours = true,
-                              .is_line = true});
-    }
-    if (i == 0) continue;
-    const Simulated rate = beds[i].of("rate"), before = beds[i - 1].of("rate");
-    exam.claim(fmt::format("{}: slower than aspect ratio {}", ratio, beds[i - 1].label),
-               {"slower", "percent/s", "sec 5.3.3"},
-               rate,
-               no_number,
-               rate.mean < before.mean - separation(rate, before),
-               fmt::format("of all particles; at {} {:.1f}", beds[i - 1].label, before.mean));
-    const Simulated rough = beds[i].of("roughness"), smoother = beds[i - 1].of("roughness");
     exam.claim(
-        fmt::format("{}: rougher discharge than aspect ratio {}", ratio, beds[i - 1].label),
-        {"rougher", "percent", "sec 5.3.3"},
-        rough,
+        ratio + (i == 0 ? ": no pulse of the wall force at the opening"
+                        : ": a pulse of the wall force at the opening"),
+        {i == 0 ? "almost constant" : "pulse", "-", "sec 5.3.3.1"},
+        pulse,
         no_number,
-        rough.mean > smoother.mean + separation(rough, smoother),
+        i == 0 ? pulse.mean <= 1.0 + 2.0 * pulse.spread
+               : pulse.mean > beds[0].of("pulse").mean + separation(pulse, beds[0].of("pulse")),
+        fmt::format("largest force on the left wall in {} s after the opening, over that at rest",
+                    thesis.setting("shape", "pulse_time")));
+    if (i == 0) continue;
+    const std::string before = "aspect ratio " + beds[i - 1].label;
+    const Simulated rate = beds[i].of("rate"), rate_before = beds[i - 1].of("rate");
+    exam.claim(
+        fmt::format("{}: slower than {}", ratio, before),
+        {"slower", "percent/s", "sec 5.3.3"},
+        rate,
+        no_number,
+        rate.mean < rate_before.mean - separation(rate, rate_before),
         fmt::format(
-            "rms distance from the straight line; at {} {:.2f}", beds[i - 1].label, smoother.mean));
+            "of all particles; aspect ratio {}: {:.1f}", beds[i - 1].label, rate_before.mean));
+    const Simulated rough = beds[i].of("roughness"), smoother = beds[i - 1].of("roughness");
+    exam.claim(fmt::format("{}: rougher discharge than {}", ratio, before),
+               {"rougher", "percent", "sec 5.3.3"},
+               rough,
+               no_number,
+               rough.mean > smoother.mean + separation(rough, smoother),
+               fmt::format("rms distance from the straight line; aspect ratio {}: {:.2f}",
+                           beds[i - 1].label,
+                           smoother.mean));
+    const Simulated held = lowest_rate(thesis, beds[i]),
+                    less_held = lowest_rate(thesis, beds[i - 1]);
+    exam.claim(
+        fmt::format("{}: temporary arches hold the flow up more than at {}", ratio, before),
+        {"more", "percent", "sec 5.3.3"},
+        held,
+        no_number,
+        held.mean < less_held.mean - separation(held, less_held),
+        fmt::format(
+            "lowest rate over {} ms of the straight part, of its mean; aspect ratio {}: {:.0f}",
+            1000.0 * thesis.setting("shape_discharge", "window"),
+            beds[i - 1].label,
+            less_held.mean));
+    const Simulated later = time_to_constant_rate(thesis, beds[i]),
+                    sooner = time_to_constant_rate(thesis, beds[i - 1]);
+    exam.claim(fmt::format("{}: a constant rate is reached later than at {}", ratio, before),
+               {"later", "s", "sec 5.3.3"},
+               later,
+               no_number,
+               later.mean > sooner.mean + separation(later, sooner),
+               fmt::format("{:.0f} % of that of the straight part; aspect ratio {}: {:.2f} s",
+                           100.0 * thesis.setting("shape_discharge", "constant_share"),
+                           beds[i - 1].label,
+                           sooner.mean));
   }
-  exam.add_curve(curve);
 }
 
 // Section 5.3.2.2: rotation and sideways motion while it runs out.
-void examine_motion(Examination& exam, const std::vector<ShapeRuns>& beds) {
+void examine_motion(Examination& exam,
+                    const ThesisData& thesis,
+                    const std::vector<ShapeRuns>& beds) {
   for (std::size_t i = 0; i < beds.size(); ++i) {
     const std::string ratio = "aspect ratio " + beds[i].label;
     const Simulated above = beds[i].of("sideways_above"), below = beds[i].of("sideways_below");
@@ -271,7 +280,33 @@ void examine_motion(Examination& exam, const std::vector<ShapeRuns>& beds) {
                no_number,
                centre.mean < sides.mean - separation(centre, sides),
                fmt::format("energy ratio (5.2); at the sides {:.3g}", sides.mean));
+    const Simulated left = beds[i].of("energy_ratio_left"),
+                    right = beds[i].of("energy_ratio_right");
+    exam.claim(ratio + ": grains rotate alike on both sides",
+               {"almost the same", "-", "sec 5.3.2.2"},
+               left,
+               no_number,
+               std::abs(left.mean - right.mean) <= separation(left, right),
+               fmt::format("energy ratio (5.2) on the left; on the right {:.3g}", right.mean));
+    const Printed bound = thesis.worded("study-shape", "Log Er/Et below");
+    const double largest = std::max({left.mean, centre.mean, right.mean});
+    exam.claim(ratio + ": less energy of rotation than of translation",
+               bound,
+               {.mean = largest, .seeds = left.seeds},
+               no_number,
+               largest < bound.value(),
+               "claimed: below what is printed, which bounds Er/Et, not its logarithm (errata 58); "
+               "energy ratio (5.2) of the third with the largest");
     if (i == 0) continue;
+    const Simulated turned = turn_of_marked(beds[i]), rolled = turn_of_marked(beds[0]);
+    exam.claim(ratio + ": marked grains turn less than spheres",
+               {"less", "deg", "sec 5.3.2.2"},
+               turned,
+               no_number,
+               turned.mean < rolled.mean - separation(turned, rolled),
+               fmt::format("mean over nine, from rest until they leave or the run ends; of spheres "
+                           "{:.0f}",
+                           rolled.mean));
     const Simulated whole = beds[i].of("energy_ratio"), spheres = beds[0].of("energy_ratio");
     exam.claim(ratio + ": grains rotate less than spheres",
                {"less", "-", "sec 5.3.2.2"},
@@ -286,12 +321,6 @@ void examine_motion(Examination& exam, const std::vector<ShapeRuns>& beds) {
 void examine_bands_and_walls(Examination& exam,
                              const ThesisData& thesis,
                              const std::vector<ShapeRuns>& beds) {
-  Curve pressure{.id = "shape-wall-force",
-                 .caption =
-                     "Normal force on a side wall by tenths of the height of the bed, just "
-                     "after the opening; mean over beds and both walls.",
-                 .x_title = "Height (tenths)",
-                 .y_title = "Force on a tenth (N)"};
   for (std::size_t i = 0; i < beds.size(); ++i) {
     const std::string ratio = "aspect ratio " + beds[i].label;
     exam.claim_value(ratio + ": bed comes to rest after",
@@ -318,40 +347,10 @@ void examine_bands_and_walls(Examination& exam,
           no_number,
           here.mean > before.mean + separation(here, before),
           fmt::format("force on a side wall over the height of the bed, at rest and without "
-                      "friction; at {} {:.1f}",
+                      "friction; aspect ratio {}: {:.1f}",
                       beds[i - 1].label,
                       before.mean));
     }
-    std::vector<double> tenths, force;
-    for (const Json& run : beds[i].runs) {
-      const auto of_run = run.at("wall_strips").get<std::vector<double>>();
-      force.resize(of_run.size());
-      for (std::size_t strip = 0; strip < of_run.size(); ++strip)
-        force[strip] += of_run[strip] / static_cast<double>(beds[i].runs.size());
-    }
-    for (std::size_t strip = 0; strip < force.size(); ++strip)
-      tenths.push_back(static_cast<double>(strip) + 0.5);
-    pressure.series.push_back(
-        {.name = ratio, .x = tenths, .y = force, .is_ours = true, .is_line = true});
-  }
-  exam.add_curve(pressure);
-}
-
-// Section 5.3.2.2: where marked grains of the first beds go.
-void draw_paths(Examination& exam, const std::vector<ShapeRuns>& beds) {
-  for (const ShapeRuns& of : beds) {
-    Curve paths{.id = "shape-paths-" + of.label,
-                .caption = fmt::format("Paths of marked grains, aspect ratio {}.", of.label),
-                .x_title = "x (m)",
-                .y_title = "z (m)"};
-    for (const Json& path : of.runs.front().at("marked")) {
-      paths.series.push_back({.name = fmt::format("grain {}", paths.series.size() + 1),
-                              .x = path.at("x").get<std::vector<double>>(),
-                              .y = path.at("z").get<std::vector<double>>(),
-                              .is_ours = true,
-                              .is_line = true});
-    }
-    exam.add_curve(paths);
   }
 }
 
@@ -386,8 +385,8 @@ void note_failures(Examination& exam, const std::vector<ShapeRuns>& all, const c
 }  // namespace
 
 void simulate_shapes(Examination& exam, const ThesisData& thesis, Studies& studies) {
-  const std::vector<ShapeRuns> heaps = run_all(thesis, studies, "heap", "heap", run_heap);
-  const std::vector<ShapeRuns> beds = run_all(thesis, studies, "bed", "shape", run_bed);
+  const std::vector<ShapeRuns> heaps = run_all(heap_kind, thesis, studies);
+  const std::vector<ShapeRuns> beds = run_all(bed_kind, thesis, studies);
   note_failures(exam, beds, "bed");
   note_failures(exam, heaps, "heap");
   const bool has_all =
@@ -396,9 +395,9 @@ void simulate_shapes(Examination& exam, const ThesisData& thesis, Studies& studi
   if (has_all) {
     examine_packing(exam, thesis, beds);
     examine_discharge(exam, thesis, beds);
-    examine_motion(exam, beds);
+    examine_motion(exam, thesis, beds);
     examine_bands_and_walls(exam, thesis, beds);
-    draw_paths(exam, beds);
+    draw_beds(exam, thesis, beds);
   } else {
     exam.not_run(
         "beds of aspect ratios 1 to 4", {"run", "-", "sec 5.2"}, "not all ran to their end");

@@ -176,18 +176,26 @@ TEST_F(Reproduce, MicroStudyTellsFrictionsApartAndResumes) {
   EXPECT_EQ(fs::last_write_time(kept), written);
 }
 
-// Four small, soft beds: without friction the floor bears the whole weight, whatever the shape.
-TEST_F(Reproduce, ShapeStudyRestsItsWholeWeightOnTheFloor) {
-  std::string scene = content_of(source / "datasets/scenes/shape_study.toml");
-  scene = with(scene, "elastic_modulus_gpa = 3.5", "elastic_modulus_mpa = 100");
-  scene = with(scene, "longest_s = 5.0", "longest_s = 1.5");
-  scene = with(scene, "duration_s = 1.4", "duration_s = 0.3");
-  std::ofstream(folder_ / "data/scenes/shape_study.toml") << scene;
-  change("table_5_1_parameters", "\nparticles,5000", "\nparticles,40");
-  change("table_5_1_parameters", "hopper_width,100", "hopper_width,20");
-  change("resimulation", "shape,seeds,3", "shape,seeds,1");
-  change("resimulation", "heap,grains,600", "heap,grains,30");
-  change("resimulation", "heap,stream_width,20", "heap,stream_width,15");
+// The shape study with four small, soft beds.
+class ReproduceShapes : public Reproduce {
+ protected:
+  void SetUp() override {
+    Reproduce::SetUp();
+    std::string scene = content_of(source / "datasets/scenes/shape_study.toml");
+    scene = with(scene, "elastic_modulus_gpa = 3.5", "elastic_modulus_mpa = 100");
+    scene = with(scene, "longest_s = 5.0", "longest_s = 1.5");
+    scene = with(scene, "duration_s = 1.4", "duration_s = 0.3");
+    std::ofstream(folder_ / "data/scenes/shape_study.toml") << scene;
+    change("table_5_1_parameters", "\nparticles,5000", "\nparticles,40");
+    change("table_5_1_parameters", "hopper_width,100", "hopper_width,20");
+    change("resimulation", "shape,seeds,3", "shape,seeds,1");
+    change("resimulation", "heap,grains,600", "heap,grains,30");
+    change("resimulation", "heap,stream_width,20", "heap,stream_width,15");
+  }
+};
+
+// Without friction the floor bears the whole weight, whatever the shape.
+TEST_F(ReproduceShapes, RestTheirWholeWeightOnTheFloor) {
   const ProgramOutcome outcome = reproduce({"study-shape"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   // Grains whose motion has only just died down still press a little unevenly.
