@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -70,14 +71,17 @@ const Erratum* Examination::erratum_at(const std::string& where) {
 }
 
 Row& Examination::add(const std::string& where, const Printed& printed, const std::string& note) {
-  result_.rows.push_back({.where = where,
-                          .printed = printed.text,
-                          .unit = printed.unit,
-                          .note = note,
-                          .source = printed.source});
-  if (printed.source.starts_with("derived"))
-    append(result_.rows.back().note, "not printed: derived from what is");
-  return result_.rows.back();
+  auto row = std::find_if(result_.rows.begin(), result_.rows.end(), [&](const Row& earlier) {
+    return earlier.where == where && earlier.was_not_run;
+  });
+  if (row == result_.rows.end()) row = result_.rows.emplace(row);
+  *row = {.where = where,
+          .printed = printed.text,
+          .unit = printed.unit,
+          .note = note,
+          .source = printed.source};
+  if (printed.source.starts_with("derived")) append(row->note, "not printed: derived from what is");
+  return *row;
 }
 
 Row& Examination::compare(const std::string& where,
@@ -181,6 +185,7 @@ Row& Examination::not_run(const std::string& where,
                           const std::string& note) {
   Row& row = add(where, printed, note);
   row.verdict = Verdict::not_confirmed;
+  row.was_not_run = true;
   return row;
 }
 

@@ -63,7 +63,8 @@ class Examination {
                       bool agrees,
                       bool compatible_run_agrees,
                       const std::string& note);
-  // A claim that no run of ours has looked at.
+  // A claim that no run of ours has looked at. The row gives way where a later one is about the
+  // same place.
   Row& not_run(const std::string& where, const Printed& printed, const std::string& note);
 
   void add_curve(Curve curve) { result_.curves.push_back(std::move(curve)); }

@@ -32,6 +32,7 @@ struct Row {
   int seeds = 0;
   double tolerance = no_number;  // largest difference from what is printed, in the same unit
   Verdict verdict = Verdict::fail;
+  bool was_not_run = false;  // no run of ours has looked at it
   int errata = 0;            // number of the erratum; 0: none
   std::string note;
   std::string source;  // in the thesis

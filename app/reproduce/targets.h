@@ -1,4 +1,5 @@
-// What can be reproduced, in the order of the thesis. A target has a part from printed data, a part
+// What can be reproduced, in the order of the thesis, except that Table 5.2 comes after the study
+// that it reads. A target has a part from printed data, a part
 // that is simulated again, or both.
 #pragma once
 
@@ -66,6 +67,8 @@ void examine_eq_5_1(Examination& exam, const ThesisData& thesis);
 void examine_table_5_1(Examination& exam, const ThesisData& thesis);
 void examine_table_5_2(Examination& exam, const ThesisData& thesis);
 void simulate_shapes(Examination& exam, const ThesisData& thesis, Studies& studies);
+// Reads what study-shape has stored; runs nothing
+void simulate_table_5_2(Examination& exam, const ThesisData& thesis, Studies& studies);
 
 // Appendices
 void examine_decks(Examination& exam, const ThesisData& thesis);

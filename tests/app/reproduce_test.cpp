@@ -156,6 +156,14 @@ TEST_F(Reproduce, SimulatesOnceAndRebuildsFromWhatIsStored) {
   EXPECT_NE(fs::last_write_time(study), written);
 }
 
+// Four runs are too few for the word, whatever the thesis-compatible one shows.
+TEST_F(Reproduce, ContradictsWithFiveSeedsOnly) {
+  const std::string held_back = "friction 0.3: tangential damping holds back the sliding";
+  EXPECT_EQ(verdict(reproduce({"fig-3.7"}), held_back), "contradicted");
+  change("resimulation", "sliding,seeds,5", "sliding,seeds,4");
+  EXPECT_EQ(verdict(reproduce({"fig-3.7"}), held_back), "not confirmed");
+}
+
 // The study of friction, cut short: soft particles, few frames. Friction tells runs apart, and what
 // is stored is not run again.
 TEST_F(Reproduce, MicroStudyTellsFrictionsApartAndResumes) {
@@ -213,6 +221,33 @@ TEST_F(ReproduceShapes, RestTheirWholeWeightOnTheFloor) {
   fs::remove(studies / "study-shape-aspect-ratio-2-bed-1.json");
   EXPECT_EQ(reproduce({"study-shape"}).out, outcome.out);
   EXPECT_EQ(fs::last_write_time(studies / "study-shape-aspect-ratio-1-bed-1.json"), written);
+}
+
+// Table 5.2 reads the beds that study-shape has left, whatever tolerances and more beds are asked
+// for since; no bed is run for it.
+TEST_F(ReproduceShapes, GiveTable52ItsSimulatedSide) {
+  const std::string skewness = "aspect ratio 3: skewness";
+  EXPECT_TRUE(row_of(reproduce({"table-5.2"}), skewness).at("simulated").is_null());
+  const ProgramOutcome study = reproduce({"study-shape"});
+  ASSERT_EQ(study.status, 0) << study.err;
+  // Three beds a shape contradict nothing: that takes five
+  const Json result = Json::parse(study.out);
+  EXPECT_EQ(result.at("verdicts").at("contradicted"), 0);
+
+  change("resimulation", "shape,fraction_tolerance,2", "shape,fraction_tolerance,3");
+  change("resimulation", "shape,seeds,1", "shape,seeds,2");
+  const fs::path studies = folder_ / "run/studies";
+  fs::remove(studies / "study-shape-aspect-ratio-4-bed-1.json");
+  const ProgramOutcome table = reproduce({"table-5.2"});
+  EXPECT_EQ(table.status, 0) << table.err;
+  EXPECT_FALSE(fs::exists(studies / "study-shape-aspect-ratio-4-bed-1.json"));
+  std::ifstream file(studies / "study-shape-aspect-ratio-3-bed-1.json");
+  const Json row = row_of(table, skewness);
+  EXPECT_EQ(row.at("simulated"), Json::parse(file).at("result").at("skewness"));
+  EXPECT_EQ(row.at("seeds"), 1);
+  EXPECT_TRUE(row_of(table, "aspect ratio 4: skewness").at("simulated").is_null());
+  // Each row stands once, whether it was run or not
+  EXPECT_EQ(read_rows(folder_ / "run/tables/table-5.2.csv").size(), 9u);
 }
 
 TEST_F(Reproduce, NeedsItsData) {
