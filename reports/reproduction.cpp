@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "reports/assets.h"
@@ -259,6 +260,24 @@ FigureChoice choice_of(const Json& curve, const std::string& label) {
   return choice;
 }
 
+// px; as high as a picture of this shape can be on a wide page, or as the page allows.
+int height_of_picture(const Json& curve) {
+  constexpr double plot_width = 700.0, around = 140.0, lowest = 320.0, highest = 640.0;
+  const auto extent = [&](std::string_view key) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Json& series : list(curve, {"series"})) {
+      for (const double value : numbers_of(series, key)) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+    }
+    return high - low;
+  };
+  const double shape = extent("y") / extent("x");
+  if (!(shape > 0.0)) return static_cast<int>(highest);
+  return static_cast<int>(std::clamp(around + plot_width * shape, lowest, highest));
+}
+
 Figure figure_of(const Json& curve) {
   std::vector<std::string> labels;
   for (const Json& series : list(curve, {"series"})) {
@@ -280,10 +299,11 @@ Figure figure_of(const Json& curve) {
   if (is_picture) {
     across["constrain"] = up["constrain"] = "domain";
     up["scaleanchor"] = "x";
+    up["constraintoward"] = "top";
   }
   return {.id = text(curve, {"id"}),
           .caption = text(curve, {"caption"}),
-          .height = is_picture ? 640 : 380,
+          .height = is_picture ? height_of_picture(curve) : 380,
           .layout = {{"xaxis", across}, {"yaxis", up}},
           .menu = text(curve, {"menu"}),
           .choices = std::move(choices)};

@@ -1,4 +1,5 @@
 // The verb reproduce: every verdict from the printed data, and what one changed digit does to it.
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -221,6 +222,38 @@ TEST_F(ReproduceShapes, RestTheirWholeWeightOnTheFloor) {
   fs::remove(studies / "study-shape-aspect-ratio-2-bed-1.json");
   EXPECT_EQ(reproduce({"study-shape"}).out, outcome.out);
   EXPECT_EQ(fs::last_write_time(studies / "study-shape-aspect-ratio-1-bed-1.json"), written);
+}
+
+// What is drawn of a bed: every grain in one square of the mesh, nine marked ones that have not
+// turned at first, ten tenths of a wall, classes of speed of which the fastest is never empty.
+TEST_F(ReproduceShapes, AreKeptAsTheyAreDrawn) {
+  ASSERT_EQ(reproduce({"study-shape"}).status, 0);
+  std::ifstream file(folder_ / "run/studies/study-shape-aspect-ratio-4-bed-1.json");
+  const Json bed = Json::parse(file).at("result");
+  double area = 0.0;  // of all grains, in squares of 10 cm
+  for (const Json& fraction : bed.at("squares").at("fraction"))
+    area += 0.01 * fraction.get<double>();
+  EXPECT_NEAR(area, 40 * 4.98697e-4, 1e-7) << "m2; table eq-5.1, aspect ratio 4";
+  for (const Json& x : bed.at("squares").at("x"))
+    EXPECT_NEAR(std::abs(x.get<double>()), 0.05, 1e-9);
+  ASSERT_EQ(bed.at("marked").size(), 9u);
+  for (const Json& grain : bed.at("marked")) {
+    EXPECT_EQ(grain.at("turned").front(), 0.0);
+    EXPECT_EQ(grain.at("x").size(), grain.at("sideways").size());
+  }
+  EXPECT_EQ(bed.at("wall_history").at("tenths").size(), 10u);
+  EXPECT_GT(bed.at("floor_contacts"), 0);
+  std::set<int> classes;
+  for (const Json& of : bed.at("speed_classes").at("class")) classes.insert(of.get<int>());
+  EXPECT_TRUE(classes.contains(2)) << "the fastest grain is fast";
+  EXPECT_LE(*classes.rbegin(), 2);
+  // Each figure of single beds has a menu of the four
+  const std::string page = content_of(folder_ / "run/report.html");
+  for (const std::string id : {"shape-map", "shape-turns", "shape-bands", "shape-wall-history"}) {
+    const auto figure = page.find("id=\"" + id + "\"");
+    ASSERT_NE(figure, std::string::npos) << id;
+    EXPECT_NE(page.substr(figure, 1000).find(">4</option>"), std::string::npos) << id;
+  }
 }
 
 // Table 5.2 reads the beds that study-shape has left, whatever tolerances and more beds are asked
