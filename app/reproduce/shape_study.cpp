@@ -434,7 +434,8 @@ void simulate_table_5_2(Examination& exam, const ThesisData& thesis, Studies& st
   }
   exam.add_note(fmt::format(
       "Ours: mean and standard deviation over the beds of study-shape that are stored in this "
-      "folder. The thesis's is one bed: within {:g} standard deviations of ours it is confirmed.",
+      "folder; kurtosis is that which is 3 for a normal distribution. The thesis's is one bed: "
+      "within {:g} standard deviations of ours it is confirmed.",
       spreads));
 }
 
