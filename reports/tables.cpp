@@ -30,7 +30,8 @@ void TableView::drop_empty_columns() {
 }
 
 Json TableView::view() const {
-  constexpr std::size_t longest_unbroken = 26;  // bytes; longer cells may break into lines
+  // Bytes; longer cells may break into lines, sooner where many columns share the page
+  const std::size_t longest_unbroken = columns_.size() > 5 ? 20 : 26;
   Json columns = Json::array();
   for (const Column& column : columns_)
     columns.push_back({{"text", column.heading}, {"numeric", column.align == Align::right}});
