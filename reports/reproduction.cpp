@@ -91,7 +91,7 @@ std::string simulated_text(const Json& row) {
   if (const std::string unit = unit_text(row);
       !unit.empty() && !is_numeric(reports::text(row, {"printed"})))
     text += " " + unit;
-  if (std::isfinite(spread)) text += fmt::format(" (n = {})", count(number(row, {"seeds"})));
+  if (std::isfinite(spread)) text += fmt::format(" (n = {})", count(number(row, {"seeds"})));
   return text;
 }
 
