@@ -83,6 +83,7 @@ Section films_section(const RunData& data, Section section) {
       "The start event is its time on the film; all times elsewhere count from it.");
   section.add_table(film_table(replicates));
 
+  constexpr std::size_t few = 8;  // films of which every picture has its place on the page
   std::vector<std::string> warnings;
   std::vector<Picture> pictures;
   std::vector<std::string> missing;
@@ -95,6 +96,7 @@ Section films_section(const RunData& data, Section section) {
     for (const Json& listed : list(replicate, {"annotated_frames"})) {
       if (!listed.is_string()) continue;
       const std::filesystem::path picture = listed.get<std::string>();
+      if (replicates.size() > few && moment_of(picture) != "middle") continue;
       const EmbeddedPicture embedded = embed_picture(data.folder, picture);
       if (embedded.state == PictureState::missing) missing.push_back(listed.get<std::string>());
       if (embedded.state == PictureState::cut_off) damaged.push_back(listed.get<std::string>());
@@ -109,6 +111,11 @@ Section films_section(const RunData& data, Section section) {
         "What was found, drawn on the film. An outline that is not on its particle is an error "
         "that no statistic on "
         "this page would show.");
+    if (replicates.size() > few) {
+      section.add_paragraph(
+          "Of so many films each middle frame is shown; first and last ones lie in the folder's "
+          "tracks/ as pictures, and the overlay films there show all.");
+    }
     section.add_gallery(pictures);
   }
   if (!missing.empty()) {

@@ -25,9 +25,9 @@ Json read_list(const datasets::RunFolder& folder) {
   return list;
 }
 
-std::string words_on_flow(const RunData& data) {
+std::string words_on_start(const RunData& data) {
   return data.is_flow() ? "The simulation starts from the bed on this film, with a draw of the "
-                          "error of its tracks."
+                          "error of its tracks; particles that have fallen through are taken out."
                         : "The simulation starts from the mean of all films' starting places, with "
                           "a draw of their spread, so that it is no copy of this film but one more "
                           "of its kind.";
@@ -65,7 +65,7 @@ Section side_by_side_section(const RunData& data, Section section) {
       "Left the film {} with what was found drawn on it, right one simulation at the parameters of "
       "this page as the same camera would see it; a particle has the same colour in both. {}",
       replicate,
-      words_on_flow(data)));
+      words_on_start(data)));
   if (!stills.empty()) {
     section.add_template(
         "side_by_side",

@@ -20,7 +20,8 @@ namespace {
 
 constexpr double film_rate = 25.0;  // Hz, at most
 constexpr int widest = 1280;        // px, of both pictures together
-constexpr int still_quality = 80;   // of JPEG
+constexpr int widest_still = 960;   // px; the report holds some twenty of them
+constexpr int still_quality = 75;   // of JPEG
 const cv::Scalar ground(70, 66, 64), bar(190, 190, 188), dot(120, 116, 114), ink(30, 28, 26);
 
 cv::Scalar dark(const cv::Scalar& colour) { return 0.75 * colour; }
@@ -175,6 +176,14 @@ Findings findings_of(const FilmAndSimulation& both, const Camera& camera) {
   return findings;
 }
 
+cv::Mat at_most(int width, const cv::Mat& picture) {
+  if (picture.cols <= width) return picture;
+  const double share = static_cast<double>(width) / picture.cols;
+  cv::Mat smaller;
+  cv::resize(picture, smaller, cv::Size(), share, share, cv::INTER_AREA);
+  return smaller;
+}
+
 }  // namespace
 
 std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
@@ -217,13 +226,10 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
     draw_findings(left, findings, number);
     cv::Mat pair;
     cv::hconcat(left, draw_simulation(camera, recorded, simulated, next), pair);
-    if (pair.cols > widest) {
-      const double share = static_cast<double>(widest) / pair.cols;
-      cv::resize(pair, pair, cv::Size(), share, share, cv::INTER_AREA);
-    }
+    pair = at_most(widest, pair);
     film.write(pair);
     while (times_of_stills.size() < stills && frame_of_still(times_of_stills.size()) == next) {
-      write_still(files.stills[times_of_stills.size()], pair, still_quality);
+      write_still(files.stills[times_of_stills.size()], at_most(widest_still, pair), still_quality);
       times_of_stills.push_back(times[next]);
     }
     ++next;
