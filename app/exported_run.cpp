@@ -67,6 +67,12 @@ ExportedRun read_exported_run(const datasets::RunFolder& folder) {
         "{}: is not there, so there are no parameters to export; let the calibration finish first.",
         folder.result().string()));
   }
+  if (data.is_joint()) {
+    throw datasets::InputError(
+        fmt::format("{}: is of several experiments, each with particles of its own; give the "
+                    "folder of one of them in it.",
+                    folder.root.string()));
+  }
   ExportedRun run;
   run.parameters = calibrate::load_parameters(folder.result(), {});
   run.time_step = positive(folder.result(), data.result, {"time_step", "seconds"});

@@ -8,6 +8,7 @@
 
 #include "datasets/input_error.h"
 #include "tracking/camera.h"
+#include "tracking/drawing.h"
 #include "tracking/fiducials.h"
 #include "tracking/video.h"
 
@@ -21,33 +22,6 @@ const cv::Scalar found_colour(200, 40, 200);
 const cv::Scalar missed_colour(30, 30, 220);
 
 cv::Point2d pixel(const Eigen::Vector2d& at) { return {at.x(), at.y()}; }
-
-// In many short pieces, because a lens bends straight lines.
-void draw_segment(cv::Mat& picture,
-                  const tracking::Camera& camera,
-                  const Eigen::Vector2d& from,
-                  const Eigen::Vector2d& to) {
-  constexpr int pieces = 24;
-  for (int i = 0; i < pieces; ++i) {
-    const Eigen::Vector2d a = from + (to - from) * i / pieces;
-    const Eigen::Vector2d b = from + (to - from) * (i + 1) / pieces;
-    cv::line(picture,
-             pixel(camera.project(a.x(), a.y())),
-             pixel(camera.project(b.x(), b.y())),
-             rig_colour,
-             1,
-             cv::LINE_AA);
-  }
-}
-
-void draw_rig(cv::Mat& picture, const tracking::Camera& camera, const datasets::Rig& rig) {
-  for (const datasets::Wall& wall : rig.walls)
-    draw_segment(picture, camera, {wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
-  if (const auto& piston = rig.piston) {
-    draw_segment(
-        picture, camera, {piston->left_x, piston->face_z}, {piston->right_x, piston->face_z});
-  }
-}
 
 // Outlines of the balls at each nominal starting place, with the particle's number.
 void draw_starts(cv::Mat& picture,
@@ -154,7 +128,7 @@ FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
       z += fiducial.z / static_cast<double>(fiducials.size());
     }
     frame.scale = calibration->camera.scale(x, z);
-    draw_rig(picture, calibration->camera, experiment.rig);
+    tracking::draw_rig(picture, calibration->camera, experiment.rig, 0.0, rig_colour, 1);
     draw_starts(picture, calibration->camera, experiment);
     draw_fiducials(picture, calibration->camera, fiducials, sightings);
   } else {

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
@@ -41,6 +43,49 @@ const std::array<cv::Scalar, 6> particle_colours = {cv::Scalar(80, 255, 80),
 cv::Point fixed(const Eigen::Vector2d& pixel) {
   return {static_cast<int>(std::lround(pixel.x() * (1 << drawing_shift))),
           static_cast<int>(std::lround(pixel.y() * (1 << drawing_shift)))};
+}
+
+void draw_rig(cv::Mat& picture,
+              const Camera& camera,
+              const datasets::Rig& rig,
+              double time,
+              const cv::Scalar& colour,
+              int thickness) {
+  const auto draw = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    constexpr int pieces = 24;  // a lens bends straight lines
+    for (int i = 0; i < pieces; ++i) {
+      const Eigen::Vector2d a = from + (to - from) * i / pieces;
+      const Eigen::Vector2d b = from + (to - from) * (i + 1) / pieces;
+      cv::line(picture,
+               fixed(camera.project(a.x(), a.y())),
+               fixed(camera.project(b.x(), b.y())),
+               colour,
+               thickness,
+               cv::LINE_AA,
+               drawing_shift);
+    }
+  };
+  for (const datasets::Wall& wall : rig.walls)
+    draw({wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
+  if (const auto& piston = rig.piston) {
+    const double face = piston->face_z + piston->velocity_z * std::max(0.0, time);
+    draw({piston->left_x, face}, {piston->right_x, face});
+  }
+}
+
+std::vector<Eigen::Vector2d> plate_outline(const Camera& camera,
+                                           const datasets::Pose& pose,
+                                           const PlateShape& shape) {
+  constexpr int points = 40;
+  const double angle = std::isfinite(pose.angle) ? pose.angle : 0.0;
+  const double c = std::cos(angle), s = std::sin(angle);
+  std::vector<Eigen::Vector2d> outline;
+  for (int k = 0; k < points; ++k) {
+    const double around = 2.0 * std::numbers::pi * k / points;
+    const double u = shape.semi_major * std::cos(around), v = shape.semi_minor * std::sin(around);
+    outline.push_back(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
+  }
+  return outline;
 }
 
 void write_text(cv::Mat& picture,

@@ -8,6 +8,12 @@
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
+#include <vector>
+
+#include "datasets/experiment.h"
+#include "datasets/trajectories.h"
+#include "tracking/camera.h"
+#include "tracking/plate.h"
 
 namespace graintruth::tracking {
 
@@ -17,6 +23,20 @@ extern const std::array<cv::Scalar, 6> particle_colours;
 // OpenCV takes coordinates in 1/16 pixel: with `drawing_shift`.
 inline constexpr int drawing_shift = 4;
 cv::Point fixed(const Eigen::Vector2d& pixel);
+
+// Walls, and the piston where it is at a time after the start event (s), as the experiment states
+// them.
+void draw_rig(cv::Mat& picture,
+              const Camera& camera,
+              const datasets::Rig& rig,
+              double time,
+              const cv::Scalar& colour,
+              int thickness);
+
+// What the camera sees of a plate's rim, px; of one whose angle is not known its nominal lie.
+std::vector<Eigen::Vector2d> plate_outline(const Camera& camera,
+                                           const datasets::Pose& pose,
+                                           const PlateShape& shape);
 
 // With a dark rim, to be read on any ground.
 void write_text(cv::Mat& picture,

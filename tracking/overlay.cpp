@@ -20,22 +20,15 @@ void draw_plate(cv::Mat& picture,
                 const datasets::Pose& pose,
                 const PlateShape& shape,
                 const cv::Scalar& colour) {
-  constexpr int points = 40;
-  const bool turned = std::isfinite(pose.angle);
-  const double c = turned ? std::cos(pose.angle) : 1.0, s = turned ? std::sin(pose.angle) : 0.0;
-  const auto at = [&](double u, double v) {
-    return fixed(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
-  };
   std::vector<cv::Point> outline;
-  for (int k = 0; k < points; ++k) {
-    const double angle = 2.0 * 3.14159265358979 * k / points;
-    outline.push_back(at(shape.semi_major * std::cos(angle), shape.semi_minor * std::sin(angle)));
-  }
+  for (const Eigen::Vector2d& at : plate_outline(camera, pose, shape)) outline.push_back(fixed(at));
   cv::polylines(picture, outline, true, colour, 1, cv::LINE_AA, drawing_shift);
-  if (!turned) return;
+  if (!std::isfinite(pose.angle)) return;
+  const Eigen::Vector2d half =
+      0.5 * shape.semi_major * Eigen::Vector2d(std::cos(pose.angle), std::sin(pose.angle));
   cv::line(picture,
-           at(-0.5 * shape.semi_major, 0.0),
-           at(0.5 * shape.semi_major, 0.0),
+           fixed(camera.project(pose.x - half.x(), pose.z - half.y())),
+           fixed(camera.project(pose.x + half.x(), pose.z + half.y())),
            colour,
            1,
            cv::LINE_AA,

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "tracking/body.h"
@@ -26,29 +25,9 @@ const cv::Scalar ground(70, 66, 64), bar(190, 190, 188), dot(120, 116, 114), ink
 
 cv::Scalar dark(const cv::Scalar& colour) { return 0.75 * colour; }
 
-void draw_line(cv::Mat& picture,
-               const Camera& camera,
-               const Eigen::Vector2d& from,
-               const Eigen::Vector2d& to) {
-  constexpr int pieces = 24;  // a lens bends straight lines
-  for (int i = 0; i < pieces; ++i) {
-    const Eigen::Vector2d a = from + (to - from) * i / pieces;
-    const Eigen::Vector2d b = from + (to - from) * (i + 1) / pieces;
-    cv::line(picture,
-             fixed(camera.project(a.x(), a.y())),
-             fixed(camera.project(b.x(), b.y())),
-             bar,
-             2,
-             cv::LINE_AA,
-             drawing_shift);
-  }
-}
-
-// Walls, piston and fiducials at a time after the start event.
-void draw_rig(cv::Mat& picture,
-              const Camera& camera,
-              const datasets::Experiment& experiment,
-              double time) {
+void draw_fiducials(cv::Mat& picture,
+                    const Camera& camera,
+                    const datasets::Experiment& experiment) {
   for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
     cv::circle(picture,
                fixed(camera.project(fiducial.x, fiducial.z)),
@@ -58,12 +37,6 @@ void draw_rig(cv::Mat& picture,
                cv::FILLED,
                cv::LINE_AA,
                drawing_shift);
-  }
-  for (const datasets::Wall& wall : experiment.rig.walls)
-    draw_line(picture, camera, {wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
-  if (const auto& piston = experiment.rig.piston) {
-    const double face = piston->face_z + piston->velocity_z * std::max(0.0, time);
-    draw_line(picture, camera, {piston->left_x, face}, {piston->right_x, face});
   }
 }
 
@@ -99,30 +72,14 @@ void draw_balls(cv::Mat& picture,
            drawing_shift);
 }
 
-void draw_plate(cv::Mat& picture,
-                const Camera& camera,
-                const datasets::Pose& pose,
-                const datasets::EllipticalPlate& plate,
-                const cv::Scalar& colour) {
-  constexpr int points = 40;
-  const double angle = std::isfinite(pose.angle) ? pose.angle : 0.0;
-  const double c = std::cos(angle), s = std::sin(angle);
-  std::vector<Eigen::Vector2d> outline;
-  for (int k = 0; k < points; ++k) {
-    const double around = 2.0 * std::numbers::pi * k / points;
-    const double u = plate.semi_major * std::cos(around), v = plate.semi_minor * std::sin(around);
-    outline.push_back(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
-  }
-  fill(picture, outline, dark(colour), ink);
-}
-
 // The simulation at one frame of `poses`, whose times count from the start event.
 cv::Mat draw_simulation(const Camera& camera,
                         const datasets::Experiment& experiment,
                         const datasets::Trajectories& poses,
                         std::size_t frame) {
   cv::Mat picture(camera.height(), camera.width(), CV_8UC3, ground);
-  draw_rig(picture, camera, experiment, poses.time[frame]);
+  draw_fiducials(picture, camera, experiment);
+  draw_rig(picture, camera, experiment.rig, poses.time[frame], bar, 2);
   const auto& plate = experiment.particle.plate;
   const double text = 1.2 * std::clamp(picture.cols / 1600.0, 0.35, 1.0);
   for (std::size_t body = 0; body < static_cast<std::size_t>(poses.particles); ++body) {
@@ -130,7 +87,8 @@ cv::Mat draw_simulation(const Camera& camera,
     if (!std::isfinite(pose.x) || !std::isfinite(pose.z)) continue;
     const cv::Scalar& colour = particle_colours[body % particle_colours.size()];
     if (plate) {
-      draw_plate(picture, camera, pose, *plate, colour);
+      const PlateShape shape{plate->semi_major, plate->semi_minor};
+      fill(picture, plate_outline(camera, pose, shape), dark(colour), ink);
       continue;
     }
     draw_balls(picture, camera, pose, nominal_shape(experiment), colour);

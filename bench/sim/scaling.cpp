@@ -103,15 +103,21 @@ struct Size {
   double contacts = 0.0;  // a sphere, at the end
 };
 
-// The child process: `steps` steps of a bed; tells its size in a file.
-void run_bed(const std::string& kind, int spheres, int steps, int threads) {
+// `steps` steps of a bed.
+Size run_bed(const std::string& kind, int spheres, int steps, int threads) {
   sim::Scene scene = bed_of(kind, spheres);
-  const auto count = static_cast<double>(scene.bodies.size() * scene.types[0].spheres.size());
+  const auto count = static_cast<long>(scene.bodies.size() * scene.types[0].spheres.size());
   sim::Simulation simulation(std::move(scene), {.threads = threads});
   const double step = simulation.time_step();
   const sim::RunSummary run = simulation.run_until(steps * step);
   if (run.status != sim::RunStatus::completed) throw std::runtime_error(run.message);
-  std::ofstream("size") << static_cast<long>(count) << ' ' << run.mean_contacts / count << '\n';
+  return {count, run.mean_contacts / static_cast<double>(count)};
+}
+
+// That in a child process, which tells the size in a file of its folder.
+void run_own_bed(const std::string& kind, int spheres, int steps) {
+  const Size size = run_bed(kind, spheres, steps, 1);
+  std::ofstream("size") << size.spheres << ' ' << size.contacts << '\n';
 }
 
 Size read_size(const std::filesystem::path& folder) {
@@ -209,7 +215,7 @@ std::string threads_line(int steps) {
 
 int run(int argc, char** argv) {
   if (argc == 5 && std::strcmp(argv[1], "--own") == 0) {
-    run_bed(argv[2], std::atoi(argv[3]), std::atoi(argv[4]), 1);
+    run_own_bed(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
     return EXIT_SUCCESS;
   }
   std::filesystem::path file = kFolder / "scaling.figures";

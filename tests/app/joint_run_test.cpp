@@ -78,7 +78,13 @@ friction_particle_wall = {lower = 0.05, upper = 0.5}
   EXPECT_EQ(page.find("No agreement with tracks"), std::string::npos);
   EXPECT_EQ(page.find("run folder lacks"), std::string::npos);
 
-  // 3. Run again, nothing is simulated, and a changed experiment is not mixed with old simulations
+  // 3. Its decks are those of an experiment, not of the whole
+  const ProgramOutcome deck = run_program({"export", out.string(), "--to", "lammps"});
+  EXPECT_EQ(deck.status, 2);
+  EXPECT_NE(deck.err.find("folder of one of them"), std::string::npos) << deck.err;
+  EXPECT_EQ(run_program({"export", (out / "balls").string(), "--to", "lammps"}).status, 0);
+
+  // 4. Run again, nothing is simulated, and a changed experiment is not mixed with old simulations
   ASSERT_EQ(run_program(command).status, 0);
   EXPECT_EQ(json_of(out / "run.json")["simulations_run"], 0);
   EXPECT_EQ(json_of(out / "result.json")["parameters"], result["parameters"]);

@@ -69,15 +69,21 @@ class BrowserPage : public testing::Test {
   datasets::RunFolder folder_;
 };
 
-TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
-  write_report(folder_);
-  const Visit seen = visit(folder_.report(), root_ / "browser");
+// How many figures the page has; each was drawn, without a word on the console.
+int figures_drawn(const Visit& seen) {
   EXPECT_EQ(seen.status, 0);
   EXPECT_EQ(seen.console, "");
   const int figures = count_of(seen.document, "<figure class=\"plot\"");
-  EXPECT_EQ(figures, 11);
   EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
             std::string::npos);
+  return figures;
+}
+
+TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
+  write_report(folder_);
+  const Visit seen = visit(folder_.report(), root_ / "browser");
+  const int figures = figures_drawn(seen);
+  EXPECT_EQ(figures, 11);
   EXPECT_NE(seen.document.find("data-figures-failed=\"0\""), std::string::npos);
   EXPECT_GE(count_of(seen.document, "class=\"main-svg\""), figures);
 }
@@ -147,11 +153,7 @@ TEST_F(BrowserPage, DrawsTheFlowOutOfABin) {
   const datasets::RunFolder flow = tests::write_fixture_flow_run(root_ / "flow");
   write_report(flow);
   const Visit seen = visit(flow.report(), root_ / "browser");
-  EXPECT_EQ(seen.status, 0);
-  EXPECT_EQ(seen.console, "");
-  const int figures = count_of(seen.document, "<figure class=\"plot\"");
-  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
-            std::string::npos);
+  EXPECT_GE(figures_drawn(seen), 3);
   for (const char* id : {"flow-curves", "flow-profiles", "flow-beverloo"})
     EXPECT_NE(seen.document.find(fmt::format("id=\"{}\"", id)), std::string::npos) << id;
 }
@@ -160,12 +162,7 @@ TEST_F(BrowserPage, DrawsTheSearchOfSeveralExperiments) {
   const datasets::RunFolder joint = tests::write_fixture_joint_run(root_ / "joint");
   write_report(joint);
   const Visit seen = visit(joint.report(), root_ / "browser");
-  EXPECT_EQ(seen.status, 0);
-  EXPECT_EQ(seen.console, "");
-  const int figures = count_of(seen.document, "<figure class=\"plot\"");
-  EXPECT_GE(figures, 3);
-  EXPECT_NE(seen.document.find(fmt::format("data-figures-drawn=\"{}\"", figures)),
-            std::string::npos);
+  EXPECT_GE(figures_drawn(seen), 3);
 }
 
 // Guards the tests above: a request that the page's policy refuses must show in the console.
