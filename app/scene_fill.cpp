@@ -261,7 +261,7 @@ void check_start(const SceneFile& file, const BuiltScene& built) {
     positions.push_back(body.position);
     radii.push_back(scene.types[body.type].bounding_radius);
   }
-  sim::CellList cells;
+  sim::CellList<3> cells;
   std::vector<sim::IndexPair> pairs;
   sim::find_near_pairs<3>(positions, radii, 0.0, cells, pairs);
   for (const sim::IndexPair& pair : pairs) {

@@ -273,7 +273,7 @@ template <int D>
     if (second < slab.end) {
       add_row(1.0, batch.on_second[k], loads[second]);
     } else if (slab.puts_off) {
-      slab.deferred.push_back({second, batch.on_second[k]});
+      slab.put_off(second, batch.on_second[k]);
     } else {
       add_row(1.0, batch.on_second[k], bodies.load_from_before[second]);
     }

@@ -27,6 +27,35 @@ void carry_on(const ContactList<D>& before, const Order& order, ContactList<D>& 
   }
 }
 
+template <int D>
+void begin_list(const ContactList<D>& before, ContactList<D>& fresh) {
+  fresh.clear();
+  fresh.remember(before.remembers());
+}
+
+// The fresh list becomes that of its slab, no larger than it must be.
+template <int D, class Order>
+void finish_list(const Order& order, ContactList<D>& fresh, ContactList<D>& list) {
+  carry_on(list, order, fresh);
+  list = fresh;
+}
+
+template <int D>
+void add_pair(const Bodies<D>& bodies,
+              const IndexPair& near,
+              double margin,
+              ContactList<D>& candidates) {
+  const int i = near.first, j = near.second;
+  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
+    for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
+      const double far = bodies.spheres[s].radius + bodies.spheres[t].radius + margin;
+      const auto apart = bodies.spheres[t].centre - bodies.spheres[s].centre;
+      if (dot(apart, apart) < far * far) candidates.add(s, t);
+    }
+  }
+  candidates.close_group();
+}
+
 // A range is closed when it holds this many candidates; those of one more group may come on top.
 // The columns of a batch fill the first-level cache sooner in space.
 template <int D>
@@ -90,77 +119,52 @@ template <int D>
 void ContactSearch<D>::find(const Bodies<D>& bodies,
                             const std::vector<Wall>& walls,
                             double margin,
+                            Team& team,
                             std::vector<ContactList<D>>& between_bodies,
                             std::vector<ContactList<D>>& with_walls) {
-  find_pairs(bodies, margin, between_bodies);
-  find_walls(bodies, walls, margin, with_walls);
-}
-
-// The fresh list becomes that of its slab, no larger than it must be.
-template <int D>
-template <class Order>
-void ContactSearch<D>::finish_slab(const Order& order, ContactList<D>& list) {
-  carry_on(list, order, fresh_);
-  list = fresh_;
-  fresh_.clear();
+  radii_.clear();
+  for (const BodyKind<D>& kind : bodies.kinds) radii_.push_back(kind.bounding_radius);
+  wall_boxes_.clear();
+  for (const Wall& wall : walls) wall_boxes_.push_back(box_of(wall));
+  const PointView<D> centres{bodies.count() > 0 ? &bodies.motion.front().position.x : nullptr,
+                             sizeof(BodyMotion<D>) / sizeof(double),
+                             bodies.motion.size()};
+  cells_.sort(centres, RadiusView{radii_, bodies.kind.data()}, margin);
+  desks_.resize(team.workers());
+  for_each_slab(slab_count_of(bodies.count()), &team, [&](int worker, int slab) {
+    const SlabRange range = slab_range(slab, bodies.count());
+    Desk& desk = desks_[worker];
+    find_pairs(bodies, margin, range, desk, between_bodies[slab]);
+    find_walls(bodies, walls, margin, range, desk.fresh, with_walls[slab]);
+  });
 }
 
 template <int D>
 void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
                                   double margin,
-                                  std::vector<ContactList<D>>& lists) {
+                                  const SlabRange& slab,
+                                  Desk& desk,
+                                  ContactList<D>& list) const {
+  begin_list(list, desk.fresh);
+  cells_.visit_near_pairs(
+      slab.begin, slab.end, desk.pairs, [&](std::span<const IndexPair> of_body) {
+        for (const IndexPair& near : of_body) add_pair(bodies, near, margin, desk.fresh);
+      });
   const auto order = [&body = bodies.body_of_sphere](int first, int second) {
     return std::tuple(body[first], body[second], first, second);
   };
-  fresh_.clear();
-  fresh_.remember(lists.front().remembers());
-  std::size_t slab = 0;
-  const PointView<D> centres{bodies.count() > 0 ? &bodies.motion.front().position.x : nullptr,
-                             sizeof(BodyMotion<D>) / sizeof(double),
-                             bodies.motion.size()};
-  std::vector<double> radii;
-  for (const BodyKind<D>& kind : bodies.kinds) radii.push_back(kind.bounding_radius);
-  visit_near_pairs<D>(centres,
-                      RadiusView{radii, bodies.kind.data()},
-                      margin,
-                      cells_,
-                      [&](std::span<const IndexPair> of_body) {
-                        const auto slab_here =
-                            static_cast<std::size_t>(slab_of(of_body.front().first));
-                        for (; slab < slab_here; ++slab) finish_slab(order, lists[slab]);
-                        for (const IndexPair& near : of_body) add_pair(bodies, near, margin);
-                      });
-  for (; slab < lists.size(); ++slab) finish_slab(order, lists[slab]);
-}
-
-template <int D>
-void ContactSearch<D>::add_pair(const Bodies<D>& bodies, const IndexPair& near, double margin) {
-  const int i = near.first, j = near.second;
-  for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
-    for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
-      const double far = bodies.spheres[s].radius + bodies.spheres[t].radius + margin;
-      const auto apart = bodies.spheres[t].centre - bodies.spheres[s].centre;
-      if (dot(apart, apart) < far * far) fresh_.add(s, t);
-    }
-  }
-  fresh_.close_group();
+  finish_list(order, desk.fresh, list);
 }
 
 template <int D>
 void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   const std::vector<Wall>& walls,
                                   double margin,
-                                  std::vector<ContactList<D>>& lists) {
-  const auto order = [&body = bodies.body_of_sphere](int first, int wall) {
-    return std::tuple(body[first], wall, first);
-  };
-  fresh_.clear();
-  fresh_.remember(lists.front().remembers());
-  wall_boxes_.clear();
-  for (const Wall& wall : walls) wall_boxes_.push_back(box_of(wall));
-  std::size_t slab = 0;
-  for (int i = 0; i < bodies.count(); ++i) {
-    if (slab_of(i) > static_cast<int>(slab)) finish_slab(order, lists[slab++]);
+                                  const SlabRange& slab,
+                                  ContactList<D>& fresh,
+                                  ContactList<D>& list) const {
+  begin_list(list, fresh);
+  for (int i = slab.begin; i < slab.end; ++i) {
     const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
     for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
       const double reach = bodies.kind_of(i).bounding_radius + margin;
@@ -169,12 +173,15 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const PlacedSphere<D>& sphere = bodies.spheres[s];
         const Vec3 point = to_space(to_eigen(sphere.centre), bodies.layer);
-        if (look_at(walls[w], point).distance < sphere.radius + margin) fresh_.add(s, w);
+        if (look_at(walls[w], point).distance < sphere.radius + margin) fresh.add(s, w);
       }
-      fresh_.close_group();
+      fresh.close_group();
     }
   }
-  finish_slab(order, lists[slab]);
+  const auto order = [&body = bodies.body_of_sphere](int first, int wall) {
+    return std::tuple(body[first], wall, first);
+  };
+  finish_list(order, fresh, list);
 }
 
 template struct ContactList<2>;

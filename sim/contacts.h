@@ -8,6 +8,7 @@
 #include "sim/bodies.h"
 #include "sim/contact_law.h"
 #include "sim/neighbours.h"
+#include "sim/slabs.h"
 #include "sim/walls.h"
 
 namespace graintruth::sim {
@@ -20,13 +21,9 @@ struct CandidateRange {
   bool is_part;
 };
 
-// Bodies are taken together in slabs of so many, by their indices: each slab has its own list of
-// candidates, those of which its bodies are the first. What happens inside a slab is summed in the
-// order of its groups; what its groups do to bodies of later slabs is summed apart, slab by slab.
-// So the bits do not depend on who does which slab.
-constexpr int kBodiesInSlab = 512;
-inline int slab_of(int body) { return body / kBodiesInSlab; }
-inline int slab_count_of(int bodies) { return bodies > 0 ? slab_of(bodies - 1) + 1 : 1; }
+// Each slab has its own list of candidates, those of which its bodies are the first. What happens
+// inside a slab is summed in the order of its groups; what its groups do to bodies of later slabs
+// is summed apart, slab by slab. So the bits do not depend on who does which slab.
 
 // The candidates of one slab.
 template <int D>
@@ -54,28 +51,38 @@ struct ContactList {
 };
 
 // Fills the lists of all slabs anew with everything closer than `margin` (m); what touches keeps
-// its spring. One slab after the other, so that no more than one list is there twice.
+// its spring. No more lists than there are workers are there twice.
 template <int D>
 class ContactSearch {
  public:
   void find(const Bodies<D>& bodies,
             const std::vector<Wall>& walls,
             double margin,
+            Team& team,
             std::vector<ContactList<D>>& between_bodies,
             std::vector<ContactList<D>>& with_walls);
 
  private:
-  void find_pairs(const Bodies<D>& bodies, double margin, std::vector<ContactList<D>>& lists);
-  void add_pair(const Bodies<D>& bodies, const IndexPair& near, double margin);
+  // What a worker needs for a slab.
+  struct Desk {
+    ContactList<D> fresh;
+    std::vector<IndexPair> pairs;
+  };
+  void find_pairs(const Bodies<D>& bodies,
+                  double margin,
+                  const SlabRange& slab,
+                  Desk& desk,
+                  ContactList<D>& list) const;
   void find_walls(const Bodies<D>& bodies,
                   const std::vector<Wall>& walls,
                   double margin,
-                  std::vector<ContactList<D>>& lists);
-  template <class Order>
-  void finish_slab(const Order& order, ContactList<D>& list);
+                  const SlabRange& slab,
+                  ContactList<D>& fresh,
+                  ContactList<D>& list) const;
 
-  CellList cells_;
-  ContactList<D> fresh_;  // of the slab in hand
+  CellList<D> cells_;
+  std::vector<Desk> desks_;
+  std::vector<double> radii_;  // of the kinds of bodies
   std::vector<Box> wall_boxes_;
 };
 

@@ -71,6 +71,7 @@ class Engine {
   void begin_slabs();
   template <class Observer>
   void sum_slabs();
+  void sum_part(int part);
   bool shares_slabs() const { return slab_count() > 1 && team_->workers() > 1; }
   int slab_count() const { return static_cast<int>(slabs_.size()); }
   void choose_law();

@@ -317,7 +317,8 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
   }
   slabs_.resize(slab_count_of(bodies_.count()));
   for (int slab = 0; slab < slab_count(); ++slab) {
-    slabs_[slab].end = std::min((slab + 1) * kBodiesInSlab, bodies_.count());
+    slabs_[slab].end = slab_range(slab, bodies_.count()).end;
+    slabs_[slab].part_shift = part_shift_of(bodies_.count());
     slabs_[slab].walls.resize(scene.walls.size());
   }
   if (slab_count() > 1) bodies_.load_from_before.resize(bodies_.count());
@@ -412,8 +413,8 @@ void Engine<D>::add_forces_of_slab(const Law& law, int slab, int worker, Observe
   ContactBatch<D>& batch = *batches_[worker];
   SlabLoads<D>& loads = slabs_[slab];
   if constexpr (Observer::commits) {
-    const int begin = slab * kBodiesInSlab;
-    std::fill(bodies_.load.begin() + begin, bodies_.load.begin() + loads.end, Load<D>{});
+    const auto [begin, end] = slab_range(slab, bodies_.count());
+    std::fill(bodies_.load.begin() + begin, bodies_.load.begin() + end, Load<D>{});
   }
   add_pair_forces<D>(law, setting, between_[slab], bodies_, batch, loads, observe);
   add_wall_forces<D>(
@@ -424,14 +425,10 @@ void Engine<D>::add_forces_of_slab(const Law& law, int slab, int worker, Observe
 template <int D>
 template <class Law, class Observer>
 void Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
-  if constexpr (std::is_same_v<Observer, StepOnly>) {
-    if (shares_slabs()) {
-      team_->run(slab_count(),
-                 [&](int worker, int slab) { add_forces_of_slab(law, slab, worker, observe); });
-      return;
-    }
-  }
-  for (int slab = 0; slab < slab_count(); ++slab) add_forces_of_slab(law, slab, 0, observe);
+  Team* team = std::is_same_v<Observer, StepOnly> ? team_.get() : nullptr;
+  for_each_slab(slab_count(), team, [&](int worker, int slab) {
+    add_forces_of_slab(law, slab, worker, observe);
+  });
 }
 
 template <int D>
@@ -439,11 +436,9 @@ template <class Observer>
 void Engine<D>::begin_slabs() {
   if constexpr (Observer::commits) {
     clear_wall_forces();
-    std::fill(bodies_.load_from_before.begin(), bodies_.load_from_before.end(), Load<D>{});
   }
   for (SlabLoads<D>& slab : slabs_) {
     slab.contact_count = 0;
-    slab.deferred.clear();
     slab.puts_off = std::is_same_v<Observer, StepOnly> && shares_slabs();
     if constexpr (Observer::commits) {
       for (const int w : loaded_walls_) slab.walls[w] = {};
@@ -461,17 +456,29 @@ void Engine<D>::sum_slabs() {
     if (trouble.found && is_worse) overlap_trouble_ = trouble;
     if constexpr (!Observer::commits) continue;
     contact_steps_ += slab.contact_count;
-    for (const DeferredLoad<D>& deferred : slab.deferred) {
-      add(deferred.load, bodies_.load_from_before[deferred.body]);
-    }
     for (const int w : loaded_walls_) {
       wall_surfaces_.load[w].force += slab.walls[w].force;
       wall_surfaces_.load[w].torque += slab.walls[w].torque;
     }
   }
-  if constexpr (!Observer::commits) return;
-  for (std::size_t i = 0; i < bodies_.load_from_before.size(); ++i) {
+  if (!Observer::commits || slab_count() == 1) return;
+  const int parts = part_of(bodies_.count() - 1, slabs_[0].part_shift) + 1;
+  for_each_slab(parts, team_.get(), [this](int, int part) { sum_part(part); });
+}
+
+template <int D>
+void Engine<D>::sum_part(int part) {
+  for (SlabLoads<D>& slab : slabs_) {
+    for (const DeferredLoad<D>& deferred : slab.deferred[part]) {
+      add(deferred.load, bodies_.load_from_before[deferred.body]);
+    }
+    slab.deferred[part].clear();
+  }
+  const int shift = slabs_[0].part_shift;
+  const int end = std::min((part + 1) << shift, bodies_.count());
+  for (int i = part << shift; i < end; ++i) {
     add(bodies_.load_from_before[i], bodies_.load[i]);
+    bodies_.load_from_before[i] = {};
   }
 }
 
@@ -684,7 +691,7 @@ void Engine<D>::narrow_skin() {
 
 template <int D>
 void Engine<D>::find_contacts() {
-  search_.find(bodies_, walls_, skin_, between_, with_walls_);
+  search_.find(bodies_, walls_, skin_, *team_, between_, with_walls_);
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
   if (!bodies_.are_balls) searched_turns_ = orientations_of(bodies_.turns);

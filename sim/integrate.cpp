@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "sim/processor_variants.h"
+#include "sim/slabs.h"
 #include "sim/transpose.h"
 
 namespace graintruth::sim {
@@ -72,31 +73,12 @@ template <int D>
   }
 }
 
-// Blocks of one share of the bodies.
+// Blocks of one slab of bodies.
 template <int D, class Function>
 void for_each_block(int begin, int end, Block<D>& block, const Function& function) {
   for (block.first = begin; block.first < end; block.first += kBlock) {
     block.count = std::min(kBlock, end - block.first);
     function();
-  }
-}
-
-// Shares of whole blocks, few enough to hand out and small enough for the last one not to be waited
-// for.
-constexpr int kBodiesInShare = 16 * kBlock;
-
-// function(begin, end, share) for all shares of the bodies.
-template <int D, class Function>
-void for_each_share(const Bodies<D>& bodies, Team* team, const Function& function) {
-  const int shares = (bodies.count() + kBodiesInShare - 1) / kBodiesInShare;
-  const auto task = [&](int, int share) {
-    const int begin = share * kBodiesInShare;
-    function(begin, std::min(begin + kBodiesInShare, bodies.count()), share);
-  };
-  if (team != nullptr && team->workers() > 1 && shares > 1) {
-    team->run(shares, task);
-  } else {
-    for (int share = 0; share < shares; ++share) task(0, share);
   }
 }
 
@@ -363,7 +345,8 @@ StepBound find_all_accelerations(typename Motion<D>::Vector gravity,
                                  Team* team) {
   std::atomic<double> largest_of_all = 0.0;
   std::atomic<int> suspects_of_all = 0;
-  for_each_share(bodies, team, [&](int begin, int end, int) {
+  for_each_slab(slab_count_of(bodies.count()), team, [&](int, int slab) {
+    const auto [begin, end] = slab_range(slab, bodies.count());
     Block<D> block;
     double largest = 0.0;
     int suspects = 0;
@@ -381,7 +364,8 @@ StepBound find_all_accelerations(typename Motion<D>::Vector gravity,
 
 template <int D>
 void advance_all(const StepFactors& step, Bodies<D>& bodies, Team* team) {
-  for_each_share(bodies, team, [&](int begin, int end, int) {
+  for_each_slab(slab_count_of(bodies.count()), team, [&](int, int slab) {
+    const auto [begin, end] = slab_range(slab, bodies.count());
     Block<D> block;
     for_each_block(begin, end, block, [&] { advance_in(step, bodies, block); });
   });

@@ -12,26 +12,6 @@ namespace {
 constexpr double kMostCellsPerBody = 4.0;
 
 template <int D>
-struct Grid {
-  Vec<D> origin;
-  double edge = 1.0;
-  std::array<int, 3> size{1, 1, 1};
-
-  std::array<int, 3> cell(const Vec<D>& point) const {
-    std::array<int, 3> index{0, 0, 0};
-    for (int axis = 0; axis < D; ++axis) {
-      const double along = std::floor((point[axis] - origin[axis]) / edge);
-      index[axis] = std::clamp(static_cast<int>(along), 0, size[axis] - 1);
-    }
-    return index;
-  }
-  int flat(const std::array<int, 3>& cell) const {
-    return (cell[2] * size[1] + cell[1]) * size[0] + cell[0];
-  }
-};
-
-// Cells at least as wide as the farthest apart two neighbours can be.
-template <int D>
 Grid<D> make_grid(const PointView<D>& centres, double smallest_edge) {
   Vec<D> low = centres[0], high = centres[0];
   for (std::size_t i = 1; i < centres.count; ++i) {
@@ -57,53 +37,60 @@ Grid<D> make_grid(const PointView<D>& centres, double smallest_edge) {
 }  // namespace
 
 template <int D>
-void visit_near_pairs(const PointView<D>& centres,
-                      const RadiusView& radii,
-                      double margin,
-                      CellList& cells,
-                      const std::function<void(std::span<const IndexPair>)>& visit) {
+std::array<int, 3> Grid<D>::cell(const Vec<D>& point) const {
+  std::array<int, 3> index{0, 0, 0};
+  for (int axis = 0; axis < D; ++axis) {
+    const double along = std::floor((point[axis] - origin[axis]) / edge);
+    index[axis] = std::clamp(static_cast<int>(along), 0, size[axis] - 1);
+  }
+  return index;
+}
+
+template <int D>
+void CellList<D>::sort(const PointView<D>& centres, const RadiusView& radii, double margin) {
+  centres_ = centres;
+  radii_ = radii;
+  margin_ = margin;
   const int count = static_cast<int>(centres.count);
-  if (count < 2) return;
-
-  // 1. Bodies into cells, in the order of their indices
+  if (count == 0) return;
   const double largest = *std::max_element(radii.radii.begin(), radii.radii.end());
-  const Grid<D> grid = make_grid<D>(centres, 2.0 * largest + margin);
-  const int cell_count = grid.size[0] * grid.size[1] * grid.size[2];
-  cells.cell_of_body.resize(count);
-  cells.bodies_by_cell.resize(count);
-  cells.first_in_cell.assign(cell_count + 1, 0);
+  grid_ = make_grid<D>(centres, 2.0 * largest + margin);
+  cell_of_body_.resize(count);
+  bodies_by_cell_.resize(count);
+  const int cell_count = grid_.cell_count();
+  first_in_cell_.assign(cell_count + 1, 0);
   for (int i = 0; i < count; ++i) {
-    cells.cell_of_body[i] = grid.flat(grid.cell(centres[i]));
-    ++cells.first_in_cell[cells.cell_of_body[i] + 1];
+    cell_of_body_[i] = grid_.flat(grid_.cell(centres[i]));
+    ++first_in_cell_[cell_of_body_[i]];
   }
-  for (int c = 0; c < cell_count; ++c) cells.first_in_cell[c + 1] += cells.first_in_cell[c];
-  for (int i = count - 1; i >= 0; --i) {
-    // Filled from behind; afterwards first_in_cell[c + 1] is the first body of cell c
-    cells.bodies_by_cell[--cells.first_in_cell[cells.cell_of_body[i] + 1]] = i;
-  }
-  const auto begin_of = [&](int cell) { return cells.first_in_cell[cell + 1]; };
-  const auto end_of = [&](int cell) {
-    return cell + 1 < cell_count ? cells.first_in_cell[cell + 2] : count;
-  };
+  for (int c = 0; c < cell_count; ++c) first_in_cell_[c + 1] += first_in_cell_[c];
+  // From behind: in each cell in the order of their indices, and each end becomes a beginning
+  for (int i = count - 1; i >= 0; --i) bodies_by_cell_[--first_in_cell_[cell_of_body_[i]]] = i;
+}
 
-  // 2. Each body against the later ones in its own and the adjacent cells
-  std::vector<IndexPair>& pairs = cells.pairs_of_body;
-  for (int i = 0; i < count; ++i) {
-    const std::array<int, 3> home = grid.cell(centres[i]);
+template <int D>
+void CellList<D>::visit_near_pairs(
+    int begin,
+    int end,
+    std::vector<IndexPair>& pairs,
+    const std::function<void(std::span<const IndexPair>)>& visit) const {
+  // Each body against the later ones in its own and the adjacent cells
+  const auto& size = grid_.size;
+  for (int i = begin; i < end; ++i) {
+    const std::array<int, 3> home = grid_.cell(centres_[i]);
     pairs.clear();
     const int below = D == 3 ? std::max(home[2] - 1, 0) : 0;
-    const int above = D == 3 ? std::min(home[2] + 1, grid.size[2] - 1) : 0;
+    const int above = D == 3 ? std::min(home[2] + 1, size[2] - 1) : 0;
     for (int cz = below; cz <= above; ++cz) {
-      for (int cy = std::max(home[1] - 1, 0); cy <= std::min(home[1] + 1, grid.size[1] - 1); ++cy) {
-        for (int cx = std::max(home[0] - 1, 0); cx <= std::min(home[0] + 1, grid.size[0] - 1);
-             ++cx) {
-          const int cell = grid.flat({cx, cy, cz});
-          for (int k = begin_of(cell); k < end_of(cell); ++k) {
-            const int j = cells.bodies_by_cell[k];
-            if (j <= i) continue;
-            const double reach = radii[i] + radii[j] + margin;
-            if ((centres[j] - centres[i]).squaredNorm() < reach * reach) pairs.push_back({i, j});
-          }
+      for (int cy = std::max(home[1] - 1, 0); cy <= std::min(home[1] + 1, size[1] - 1); ++cy) {
+        // The cells of a row lie side by side
+        const int first = grid_.flat({std::max(home[0] - 1, 0), cy, cz});
+        const int last = grid_.flat({std::min(home[0] + 1, size[0] - 1), cy, cz});
+        for (int k = first_in_cell_[first]; k < first_in_cell_[last + 1]; ++k) {
+          const int j = bodies_by_cell_[k];
+          if (j <= i) continue;
+          const double reach = radii_[i] + radii_[j] + margin_;
+          if ((centres_[j] - centres_[i]).squaredNorm() < reach * reach) pairs.push_back({i, j});
         }
       }
     }
@@ -119,31 +106,32 @@ template <int D>
 void find_near_pairs(std::span<const Vec<D>> centres,
                      std::span<const double> radii,
                      double margin,
-                     CellList& cells,
+                     CellList<D>& cells,
                      std::vector<IndexPair>& pairs) {
   pairs.clear();
   if (centres.empty()) return;
-  const PointView<D> view{centres.front().data(), D, centres.size()};
-  visit_near_pairs<D>(
-      view, RadiusView{radii}, margin, cells, [&](std::span<const IndexPair> of_body) {
+  cells.sort({centres.front().data(), D, centres.size()}, RadiusView{radii}, margin);
+  std::vector<IndexPair> of_one;
+  cells.visit_near_pairs(
+      0, static_cast<int>(centres.size()), of_one, [&](std::span<const IndexPair> of_body) {
         pairs.insert(pairs.end(), of_body.begin(), of_body.end());
       });
 }
 
-template void visit_near_pairs<2>(const PointView<2>&,
-                                  const RadiusView&,
-                                  double,
-                                  CellList&,
-                                  const std::function<void(std::span<const IndexPair>)>&);
-template void visit_near_pairs<3>(const PointView<3>&,
-                                  const RadiusView&,
-                                  double,
-                                  CellList&,
-                                  const std::function<void(std::span<const IndexPair>)>&);
+template struct Grid<2>;
+template struct Grid<3>;
+template class CellList<2>;
+template class CellList<3>;
 
-template void find_near_pairs<2>(
-    std::span<const Vec<2>>, std::span<const double>, double, CellList&, std::vector<IndexPair>&);
-template void find_near_pairs<3>(
-    std::span<const Vec<3>>, std::span<const double>, double, CellList&, std::vector<IndexPair>&);
+template void find_near_pairs<2>(std::span<const Vec<2>>,
+                                 std::span<const double>,
+                                 double,
+                                 CellList<2>&,
+                                 std::vector<IndexPair>&);
+template void find_near_pairs<3>(std::span<const Vec<3>>,
+                                 std::span<const double>,
+                                 double,
+                                 CellList<3>&,
+                                 std::vector<IndexPair>&);
 
 }  // namespace graintruth::sim

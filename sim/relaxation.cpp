@@ -109,7 +109,7 @@ class Relaxation {
   std::vector<Wall> walls_;
   std::vector<double> bounding_;
   std::vector<Vec3> position_;
-  CellList cells_;
+  CellList<3> cells_;
   std::vector<IndexPair> pairs_;
   double deepest_ = 0.0;
 };

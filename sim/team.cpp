@@ -9,17 +9,18 @@ namespace {
 // it lets others have the processor.
 constexpr int kLooksBeforeYield = 2000;
 
-// A ticket holds, from its highest bit: round (24 bits), tasks (20), next task (20).
+// A ticket holds, from its highest bit: round (24 bits), end of the tasks left (20), the first of
+// them (20).
 constexpr int kBits = 20;
 constexpr std::uint64_t kLargest = (std::uint64_t{1} << kBits) - 1;
 
-std::uint64_t next_of(std::uint64_t ticket) { return ticket & kLargest; }
-std::uint64_t count_of(std::uint64_t ticket) { return (ticket >> kBits) & kLargest; }
+std::uint64_t first_of(std::uint64_t ticket) { return ticket & kLargest; }
+std::uint64_t end_of(std::uint64_t ticket) { return (ticket >> kBits) & kLargest; }
 std::uint64_t round_of(std::uint64_t ticket) { return ticket >> (2 * kBits); }
 
-bool has_task(std::uint64_t ticket) { return next_of(ticket) < count_of(ticket); }
+bool has_task(std::uint64_t ticket) { return first_of(ticket) < end_of(ticket); }
 
-std::uint64_t first_of_next_round(std::uint64_t ticket, int count) {
+std::uint64_t tickets_of_next_round(std::uint64_t ticket, int count) {
   return (round_of(ticket) + 1) << (2 * kBits) | static_cast<std::uint64_t>(count) << kBits;
 }
 
@@ -33,16 +34,16 @@ Team::Team(int workers) {
 
 Team::~Team() {
   ends_ = true;
-  ticket_.store(first_of_next_round(ticket_, 0));
+  ticket_.store(tickets_of_next_round(ticket_, 0));
   ticket_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
-void Team::run(int count, const std::function<void(int, int)>& task) {
+void Team::run_any(int count, const AnyTask& task) {
   assert(count >= 0 && static_cast<std::uint64_t>(count) <= kLargest);
-  task_ = &task;
+  task_ = task;
   done_.store(0, std::memory_order_relaxed);
-  ticket_.store(first_of_next_round(ticket_.load(std::memory_order_relaxed), count),
+  ticket_.store(tickets_of_next_round(ticket_.load(std::memory_order_relaxed), count),
                 std::memory_order_release);
   if (!threads_.empty()) ticket_.notify_all();
   work(0);
@@ -53,10 +54,13 @@ void Team::run(int count, const std::function<void(int, int)>& task) {
 
 void Team::work(int worker) {
   std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  const bool from_the_end = worker % 2 == 1;
   while (has_task(ticket)) {
-    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
+    const std::uint64_t left = from_the_end ? ticket - (std::uint64_t{1} << kBits) : ticket + 1;
+    if (!ticket_.compare_exchange_weak(ticket, left, std::memory_order_acq_rel)) continue;
     // Taken: the round lasts until this task is done, and so does task_
-    (*task_)(worker, static_cast<int>(next_of(ticket)));
+    const std::uint64_t taken = from_the_end ? end_of(left) : first_of(ticket);
+    task_.call(task_.task, worker, static_cast<int>(taken));
     done_.fetch_add(1, std::memory_order_release);
     ticket = ticket_.load(std::memory_order_acquire);
   }

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <thread>
 #include <vector>
 
@@ -23,15 +22,26 @@ class Team {
   // are done. Waits for nobody who has not begun one: where others keep the processor busy, the
   // caller does alone what its team does not come to. Tasks must not throw, and must not care who
   // does them; at most 2^20 - 1 at once.
-  void run(int count, const std::function<void(int worker, int i)>& task);
+  template <class Task>
+  void run(int count, const Task& task) {
+    run_any(count, {&task, [](const void* any, int worker, int i) {
+                      (*static_cast<const Task*>(any))(worker, i);
+                    }});
+  }
 
  private:
+  // A task of any type where it stands: a step allocates nothing.
+  struct AnyTask {
+    const void* task = nullptr;
+    void (*call)(const void* task, int worker, int i) = nullptr;
+  };
+  void run_any(int count, const AnyTask& task);
   void wait_for_work(int worker);
   void work(int worker);
 
   std::vector<std::thread> threads_;
-  const std::function<void(int, int)>* task_ = nullptr;
-  // Round, tasks of the round, and the next of them in one number, so that a task can only be taken
+  AnyTask task_;
+  // Round and the tasks left of it in one number, so that a task can only be taken
   // of the round that it belongs to, however late a worker looks.
   std::atomic<std::uint64_t> ticket_{0};
   std::atomic<int> done_{0};  // tasks of this round

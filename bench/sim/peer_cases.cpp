@@ -344,7 +344,7 @@ ContactCount count_contacts(const PeerCase& peer_case, const std::vector<PlacedS
     centres.push_back(sphere.centre);
     radii.push_back(sphere.radius);
   }
-  sim::CellList cells;
+  sim::CellList<3> cells;
   std::vector<sim::IndexPair> near;
   sim::find_near_pairs<3>(centres, radii, 0.0, cells, near);
   ContactCount count;

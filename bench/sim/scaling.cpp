@@ -13,6 +13,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -169,27 +170,73 @@ std::string growth_line(int few, int many) {
   return text;
 }
 
+// A bed in a process of its own that stands ready: built, and a few steps old, so that what is done
+// once does not count.
+class ReadyBed {
+ public:
+  ReadyBed(const std::string& kind, int spheres, int steps, int threads) {
+    int go[2], ready[2];
+    if (pipe(go) != 0 || pipe(ready) != 0) throw std::runtime_error("no pipe for a bed");
+    process_ = fork();
+    if (process_ < 0) throw std::runtime_error("no process for a bed");
+    if (process_ == 0) {
+      close(go[1]);
+      close(ready[0]);
+      _exit(run_when_told(kind, spheres, steps, threads, go[0], ready[1]));
+    }
+    close(go[0]);
+    close(ready[1]);
+    go_ = go[1];
+    char sign = 0;
+    const bool is_ready = read(ready[0], &sign, 1) == 1;
+    close(ready[0]);
+    if (!is_ready) throw std::runtime_error("a bed for threads could not be built");
+  }
+  ReadyBed(const ReadyBed&) = delete;
+  ReadyBed& operator=(const ReadyBed&) = delete;
+  ~ReadyBed() { close(go_); }
+
+  void start() const {
+    if (write(go_, "g", 1) != 1) throw std::runtime_error("a bed for threads does not start");
+  }
+  void wait() const {
+    int status = 0;
+    if (waitpid(process_, &status, 0) != process_ || status != 0) {
+      throw std::runtime_error("a run of the bed for threads failed");
+    }
+  }
+
+ private:
+  static int run_when_told(
+      const std::string& kind, int spheres, int steps, int threads, int go, int ready) {
+    constexpr int kStepsBefore = 100;
+    sim::Simulation simulation(bed_of(kind, spheres), {.threads = threads});
+    const double step = simulation.time_step();
+    simulation.run_until(kStepsBefore * step);
+    char sign = 'r';
+    if (write(ready, &sign, 1) != 1 || read(go, &sign, 1) != 1) return EXIT_FAILURE;
+    const sim::RunSummary run = simulation.run_until((kStepsBefore + steps) * step);
+    return run.status == sim::RunStatus::completed ? EXIT_SUCCESS : EXIT_FAILURE;
+  }
+
+  pid_t process_ = -1;
+  int go_ = -1;
+};
+
+constexpr int kStepsOfThreads = 4;  // times those of the other beds
+
 // Two threads on a bed of 5000 clumps against two processes of one thread, in turns; seconds by the
 // clock, so other work on the machine counts.
 std::string threads_line(int steps) {
   constexpr int kSpheres = 15000, kRepeats = 5;
   const auto seconds_of = [&](int processes, int threads) {
-    const auto start = std::chrono::steady_clock::now();
-    std::vector<pid_t> children;
+    std::vector<std::unique_ptr<ReadyBed>> beds;
     for (int p = 0; p < processes; ++p) {
-      const pid_t child = fork();
-      if (child == 0) {
-        run_bed(kLayer, kSpheres, steps, threads);
-        _exit(EXIT_SUCCESS);
-      }
-      children.push_back(child);
+      beds.push_back(std::make_unique<ReadyBed>(kLayer, kSpheres, steps, threads));
     }
-    for (const pid_t child : children) {
-      int status = 0;
-      if (waitpid(child, &status, 0) != child || status != 0) {
-        throw std::runtime_error("a run of the bed for threads failed");
-      }
-    }
+    const auto start = std::chrono::steady_clock::now();
+    for (const auto& bed : beds) bed->start();
+    for (const auto& bed : beds) bed->wait();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
   std::vector<double> shares, speed_ups;
@@ -233,7 +280,7 @@ int run(int argc, char** argv) {
     }
   }
   if (only_threads) {
-    std::cout << threads_line(steps) << std::endl;
+    std::cout << threads_line(kStepsOfThreads * steps) << std::endl;
     return EXIT_SUCCESS;
   }
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
@@ -248,7 +295,7 @@ int run(int argc, char** argv) {
     for (int spheres = 1000; spheres <= largest; spheres *= 10) say(row_of(kind, spheres, steps));
   }
   say(growth_line(10000, largest));
-  say(threads_line(steps));
+  say(threads_line(kStepsOfThreads * steps));
   return EXIT_SUCCESS;
 }
 

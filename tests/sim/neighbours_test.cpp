@@ -29,7 +29,7 @@ void expect_all_pairs() {
       if ((centres[j] - centres[i]).squaredNorm() < reach * reach) plain.push_back({i, j});
     }
   }
-  CellList cells;
+  CellList<D> cells;
   std::vector<IndexPair> found;
   find_near_pairs<D>(centres, radii, 0.1, cells, found);
   RC_ASSERT(found == plain);
