@@ -105,7 +105,8 @@ int run_new(const NewCommand& command);
 
 struct SimulateCommand {
   CommonOptions common;
-  std::filesystem::path scene;  // .toml, or a deck .txt
+  std::filesystem::path scene;    // .toml, or a deck .txt
+  std::filesystem::path sidecar;  // of a deck; empty: beside it, or the bundled one of its name
   double time_limit = 0.0;      // s; 0: none
   bool render = false;
   bool povray = false;

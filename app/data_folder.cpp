@@ -3,10 +3,13 @@
 #include <cstdlib>
 
 #include "datasets/input_error.h"
+#include "datasets/scene_file.h"
 
 namespace graintruth::app {
+namespace {
 
-std::filesystem::path data_folder() {
+// Empty where there is none.
+std::filesystem::path found_data_folder() {
   if (const char* given = std::getenv("GRAINTRUTH_DATA")) return given;
   std::error_code error;
   std::filesystem::path folder =
@@ -17,8 +20,23 @@ std::filesystem::path data_folder() {
     if (folder == folder.parent_path()) break;
     folder = folder.parent_path();
   }
+  return {};
+}
+
+}  // namespace
+
+std::filesystem::path data_folder() {
+  if (std::filesystem::path found = found_data_folder(); !found.empty()) return found;
   throw datasets::InputError(
       "The folder datasets/ is not found above the program; set GRAINTRUTH_DATA to where it lies.");
+}
+
+std::optional<std::filesystem::path> bundled_sidecar(const std::filesystem::path& deck) {
+  std::filesystem::path sidecar =
+      found_data_folder() / "scenes" / "decks" / datasets::sidecar_beside(deck).filename();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(sidecar, error)) return std::nullopt;
+  return sidecar;
 }
 
 }  // namespace graintruth::app

@@ -129,9 +129,14 @@ void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status)
                             "simulate",
                             "Run the simulator alone: a scene file, or a deck of the thesis",
                             "simulate datasets/scenes/conveyor.toml --out out/conveyor --render");
-  verb.add_option("scene", command.scene, "Scene file, or a deck with its .toml beside it")
+  verb.add_option("scene", command.scene, "Scene file, or a deck of the thesis")
       ->type_name("SCENE")
       ->required();
+  verb.add_option("--sidecar",
+                  command.sidecar,
+                  "What a deck leaves out (default: the .toml beside it, or the bundled one of its "
+                  "name)")
+      ->type_name("FILE");
   verb.add_flag("--render", command.render, "Draw the run: simulation.mp4 and simulation.png");
   verb.add_flag(
       "--povray", command.povray, "Write every frame for the ray tracer POV-Ray (povray/*.pov)");

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/data_folder.h"
 #include "app/interrupt.h"
 #include "app/made_folders.h"
 #include "app/progress.h"
@@ -12,6 +13,7 @@
 #include "app/scene_files.h"
 #include "app/scene_picture.h"
 #include "app/scene_povray.h"
+#include "datasets/input_error.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::app {
@@ -27,6 +29,40 @@ double seconds_since(Clock::time_point start) {
 
 std::filesystem::path folder_for(const SimulateCommand& command, const std::string& name) {
   return command.common.out.empty() ? std::filesystem::path("out") / name : command.common.out;
+}
+
+// The file of a deck that says what it leaves out: the one named, the one beside it, or else the
+// bundled one of its name.
+datasets::SceneFile load_deck(const SimulateCommand& command) {
+  std::error_code error;
+  if (!command.sidecar.empty()) {
+    if (!std::filesystem::is_regular_file(command.sidecar, error)) {
+      throw datasets::InputError(
+          fmt::format("{}: no such file; --sidecar names the TOML file that "
+                      "says what the deck leaves out.",
+                      command.sidecar.string()));
+    }
+    return datasets::load_scene(command.scene, command.sidecar);
+  }
+  const std::filesystem::path beside = datasets::sidecar_beside(command.scene);
+  if (std::filesystem::exists(beside, error)) return datasets::load_scene(command.scene, beside);
+  const auto bundled = bundled_sidecar(command.scene);
+  if (!bundled) return datasets::load_scene(command.scene, beside);
+  datasets::SceneFile file = datasets::load_scene(command.scene, *bundled);
+  file.warnings.push_back(
+      fmt::format("What the deck leaves out is taken from the bundled scenes/decks/{}.",
+                  bundled->filename().string()));
+  return file;
+}
+
+datasets::SceneFile load(const SimulateCommand& command) {
+  if (datasets::is_deck(command.scene)) return load_deck(command);
+  if (!command.sidecar.empty()) {
+    throw datasets::InputError(fmt::format(
+        "--sidecar says what a deck (.txt) leaves out, but {} is a scene file; leave it away.",
+        command.scene.string()));
+  }
+  return datasets::load_scene(command.scene);
 }
 
 Json run_record(const SimulateCommand& command,
@@ -144,7 +180,7 @@ int run_simulate(const SimulateCommand& command) {
   const Clock::time_point start = Clock::now();
   const std::string started_at = utc_now();
   // 1. The scene and its folder
-  const datasets::SceneFile file = datasets::load_scene(command.scene);
+  const datasets::SceneFile file = load(command);
   const std::filesystem::path root = folder_for(command, file.name);
   const MadeFolders made(root);
   const datasets::RunFolder folder = datasets::open_run_folder(root);

@@ -606,15 +606,14 @@ std::vector<ScenePhase> deck_phases(const Deck& deck, const Sidecar& sidecar) {
 
 }  // namespace
 
-SceneFile load_deck(const std::filesystem::path& file) {
+SceneFile load_deck(const std::filesystem::path& file, const std::filesystem::path& sidecar_file) {
   const Deck deck = read_deck(file);
-  std::filesystem::path beside = file;
-  beside.replace_extension(".toml");
   std::error_code error;
-  if (!std::filesystem::is_regular_file(beside, error)) require_keys(deck, beside, nullptr);
-  const toml::table parsed = parse_toml(beside);
-  TomlSection root(parsed, beside, "");
-  require_keys(deck, beside, &root);
+  if (!std::filesystem::is_regular_file(sidecar_file, error))
+    require_keys(deck, sidecar_file, nullptr);
+  const toml::table parsed = parse_toml(sidecar_file);
+  TomlSection root(parsed, sidecar_file, "");
+  require_keys(deck, sidecar_file, &root);
   const Sidecar sidecar = read_sidecar(deck, root);
 
   SceneFile scene;
@@ -623,7 +622,7 @@ SceneFile load_deck(const std::filesystem::path& file) {
   scene.title = deck.title;
   scene.is_planar = sidecar.is_planar;
   scene.gravity = sidecar.acceleration * deck.gravity;
-  scene.inputs = {beside};
+  scene.inputs = {sidecar_file};
   scene.materials = {{"particle", false, sidecar.elastic_modulus, sidecar.poisson_ratio},
                      {"wall", sidecar.rigid_walls, sidecar.elastic_modulus, sidecar.poisson_ratio}};
   scene.surfaces = {{0, 0, deck.friction, 1.0}, {0, 1, deck.wall_friction, 1.0}};

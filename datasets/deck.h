@@ -7,10 +7,9 @@
 
 namespace graintruth::datasets {
 
-// Reads a deck and the TOML file of the same name beside it, which says what decks leave out:
-// moduli, units, and which reading of ambiguous commands is meant (docs/scene.md). Throws
-// InputError with file, line and what is wrong; where keys beside the deck are missing, with all of
-// them.
-SceneFile load_deck(const std::filesystem::path& file);
+// Reads a deck and `sidecar`, a TOML file that says what decks leave out: moduli, units, and which
+// reading of ambiguous commands is meant (docs/scene.md). Throws InputError with file, line and
+// what is wrong; where keys of the sidecar are missing, with all of them.
+SceneFile load_deck(const std::filesystem::path& file, const std::filesystem::path& sidecar);
 
 }  // namespace graintruth::datasets

@@ -649,8 +649,18 @@ SceneFile load_toml_scene(const std::filesystem::path& file) {
 
 }  // namespace
 
+bool is_deck(const std::filesystem::path& file) { return file.extension() == ".txt"; }
+
+std::filesystem::path sidecar_beside(const std::filesystem::path& deck) {
+  return std::filesystem::path(deck).replace_extension(".toml");
+}
+
 SceneFile load_scene(const std::filesystem::path& file) {
-  if (file.extension() == ".txt") return load_deck(file);
+  return load_scene(file, sidecar_beside(file));
+}
+
+SceneFile load_scene(const std::filesystem::path& file, const std::filesystem::path& sidecar) {
+  if (is_deck(file)) return load_deck(file, sidecar);
   return load_toml_scene(file);
 }
 

@@ -165,8 +165,15 @@ struct SceneFile {
   std::vector<std::string> warnings;          // sentences
 };
 
-// Reads a scene file (.toml) or a deck of the thesis (.txt, with its .toml beside it). Throws
-// InputError with file, line and key for whatever cannot be used.
+// Decks of the thesis end in .txt, scene files in .toml.
+bool is_deck(const std::filesystem::path& file);
+
+// The file that says what a deck leaves out, where no other is named: the .toml beside it.
+std::filesystem::path sidecar_beside(const std::filesystem::path& deck);
+
+// Reads a scene file, or a deck with its sidecar. Throws InputError with
+// file, line and key for whatever cannot be used.
 SceneFile load_scene(const std::filesystem::path& file);
+SceneFile load_scene(const std::filesystem::path& file, const std::filesystem::path& sidecar);
 
 }  // namespace graintruth::datasets

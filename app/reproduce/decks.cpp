@@ -29,16 +29,6 @@ std::filesystem::path file_of(const Deck& deck) {
          "thesis" / "decks" / (std::string(deck.stem) + ".txt");
 }
 
-// Deck and sidecar in one folder of the run, as `graintruth simulate` wants them.
-datasets::SceneFile load(const Deck& deck, const std::filesystem::path& folder) {
-  const std::string stem = deck.stem;
-  const std::filesystem::path sidecar = data_folder() / "scenes" / "decks" / (stem + ".toml");
-  std::filesystem::create_directories(folder);
-  datasets::write_whole(folder / (stem + ".txt"), datasets::read_whole(file_of(deck)));
-  datasets::write_whole(folder / (stem + ".toml"), datasets::read_whole(sidecar));
-  return datasets::load_scene(folder / (stem + ".txt"));
-}
-
 // Height of the upper of the surfaces that move, m; NaN where fewer than two do.
 double upper_belt(const datasets::SceneFile& file) {
   std::vector<double> heights;
@@ -67,7 +57,9 @@ FastBelt fastest_belt(const datasets::SceneFile& file) {
 
 Json run_deck(const Deck& deck, const ThesisData& thesis, Studies& studies) {
   const std::filesystem::path folder = studies.folder() / "decks" / deck.stem;
-  const datasets::SceneFile file = load(deck, folder);
+  std::filesystem::create_directories(folder);
+  const datasets::SceneFile file =
+      datasets::load_scene(file_of(deck), bundled_sidecar(file_of(deck)).value());
   SceneRunOptions options;
   options.seed = studies.seed();
   options.stop = is_interrupted;
@@ -117,8 +109,7 @@ Json examine_deck(const Deck& deck, Examination& exam, const ThesisData& thesis,
                  "the thesis's decks are not bundled and do not lie beside this repository");
     return nullptr;
   }
-  const std::filesystem::path sidecar =
-      data_folder() / "scenes" / "decks" / (std::string(deck.stem) + ".toml");
+  const std::filesystem::path sidecar = bundled_sidecar(file_of(deck)).value();
   const std::string inputs =
       datasets::file_hash(file_of(deck)) + " " + datasets::file_hash(sidecar);
   const Json result =

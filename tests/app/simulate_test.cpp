@@ -124,6 +124,42 @@ TEST_F(Simulate, RefusesBadScenes) {
 
 std::string endless_scene() { return with(small_scene(), "duration_s = 0.02", "duration_s = 500"); }
 
+// One ball falls a centimetre onto the floor.
+constexpr const char* falling_deck =
+    "START 10.0 10.0 10.0 100 6 1 1 5\nONE BALL\nRAD 1.0 1\nPRO 0.0\nDENS 1.0\nFRIC 0.1 0.1\n"
+    "FRAC 1.0\nDAMP 0.5 0.5\nGRA 0.0 0.0 -9.81\nCYC 100 1 10\nSTOP\n";
+constexpr const char* what_it_leaves_out =
+    "elastic_modulus_mpa = 100\npoisson_ratio = 0.3\nwalls = \"rigid\"\ndimensions = 2\n"
+    "length_unit = \"cm\"\ndensity_unit = \"g_per_cm3\"\nacceleration_unit = \"m_per_s2\"\n";
+
+TEST_F(Simulate, ADeckTakesWhatItLeavesOutFromTheNamedFile) {
+  const std::string deck = folder_.write("ball.txt", falling_deck).string();
+  const auto sidecar = folder_.write("units.toml", what_it_leaves_out);
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"simulate", deck, "--out", out(), "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments);
+  };
+  const ProgramOutcome without = run({});
+  EXPECT_EQ(without.status, 2);
+  EXPECT_NE(without.err.find("ball.toml lacks elastic_modulus_gpa"), std::string::npos)
+      << without.err;
+  const ProgramOutcome wrong = run({"--sidecar", sidecar.string() + "x"});
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_NE(wrong.err.find("no such file"), std::string::npos) << wrong.err;
+  const ProgramOutcome outcome = run({"--sidecar", sidecar.string()});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_TRUE(Json::parse(content_of(in_run("run.json")))["input_hashes"].contains("units.toml"));
+}
+
+TEST_F(Simulate, ADeckOfTheThesisTakesTheBundledFileOfItsName) {
+  const std::string deck = folder_.write("D_a_conical_single.txt", falling_deck).string();
+  const ProgramOutcome outcome = run_program({"simulate", deck, "--out", out(), "--quiet"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("bundled scenes/decks/D_a_conical_single.toml"), std::string::npos)
+      << outcome.out;
+}
+
 TEST_F(Simulate, EndsAtItsTimeLimitWithWhatItHas) {
   const ProgramOutcome outcome = simulate(endless_scene(), {"--time-limit", "1"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
