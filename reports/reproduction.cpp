@@ -252,10 +252,15 @@ FigureChoice choice_of(const Json& curve, const std::string& label) {
   for (const Json& series : list(curve, {"series"})) {
     const std::string of = text(series, {"choice"});
     if (!of.empty() && of != label) continue;
+    if (!list(series, {"colour"}).empty()) {
+      choice.traces.push_back(squares_trace(series));
+      continue;
+    }
     std::size_t& index = at(series, {"ours"}) == true ? ours : others;
-    choice.traces.push_back(list(series, {"colour"}).empty()
-                                ? series_trace(series, index++, point_size)
-                                : squares_trace(series));
+    const bool belongs_to_last = at(series, {"belongs_to_last"}) == true && index > 0;
+    if (belongs_to_last) --index;
+    choice.traces.push_back(series_trace(series, index++, point_size));
+    if (belongs_to_last) choice.traces.back()["showlegend"] = false;
   }
   return choice;
 }

@@ -48,6 +48,7 @@ std::string_view word_of(Verdict verdict) {
 }
 
 Simulated over_seeds(const std::vector<double>& values) {
+  if (values.empty()) return {};
   if (values.size() == 1) return {.mean = values.front()};
   const calibrate::SampleSummary summary = calibrate::summarise(values);
   return {summary.mean, summary.standard_deviation, summary.count};

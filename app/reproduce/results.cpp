@@ -55,6 +55,7 @@ Json curve_json(const Curve& curve) {
                       {"spread", numbers_json(one.spread)},
                       {"ours", one.is_ours},
                       {"line", one.is_line},
+                      {"belongs_to_last", one.belongs_to_last},
                       {"colour", numbers_json(one.colour)},
                       {"choice", one.choice}});
   }

@@ -45,6 +45,7 @@ struct Series {
   std::vector<double> spread = {};  // standard deviation of y; empty where there is none
   bool is_ours = false;             // simulated or recomputed by us
   bool is_line = false;
+  bool belongs_to_last = false;     // a line through the points of the series before: its colour
   std::vector<double> colour = {};  // of squares: what the colour at (x, y) shows; else empty
   std::string choice = {};          // the entry of the figure's menu that shows it; empty: all
 };
