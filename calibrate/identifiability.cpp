@@ -11,6 +11,14 @@ namespace graintruth::calibrate {
 namespace {
 
 constexpr double telling_correlation = 0.9;
+constexpr double open_share = 0.25;  // of the range of the search
+
+bool is_open(const CalibratedParameter& parameter) {
+  if (!parameter.data_alone) return false;
+  const Interval& interval = parameter.data_alone->interval;
+  return interval.upper - interval.lower >=
+         open_share * (parameter.upper_bound - parameter.lower_bound);
+}
 
 TradeOff trade_off_of(const std::vector<ParameterSet>& region,
                       const std::string& first,
@@ -38,8 +46,8 @@ TradeOff trade_off_of(const std::vector<ParameterSet>& region,
 }
 
 // The bench test that fixes one of the two.
-std::string_view separating_test(const TradeOff& trade_off) {
-  if (trade_off.second == "restitution")
+std::string_view separating_test(const std::string& second) {
+  if (second == "restitution")
     return "a drop test of the particle, with restitution held at what it gives,";
   return "a sliding test of the particle on the wall, with friction_particle_wall held at what it "
          "gives,";
@@ -60,6 +68,40 @@ std::vector<TradeOff> find_trade_offs(const ParameterSpace& space, const Posteri
   return found;
 }
 
+std::vector<OpenPair> find_open_pairs(std::span<const CalibratedParameter> parameters,
+                                      std::span<const TradeOff> trade_offs) {
+  std::vector<OpenPair> found;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    for (std::size_t j = i + 1; j < parameters.size(); ++j) {
+      const CalibratedParameter &first = parameters[i], &second = parameters[j];
+      if (!is_open(first) || !is_open(second)) continue;
+      const bool is_told =
+          std::any_of(trade_offs.begin(), trade_offs.end(), [&](const TradeOff& trade_off) {
+            return trade_off.first == first.name && trade_off.second == second.name;
+          });
+      if (!is_told) found.push_back({&first, &second});
+    }
+  }
+  return found;
+}
+
+std::string words_on(const OpenPair& pair) {
+  const Interval& first = pair.first->data_alone->interval;
+  const Interval& second = pair.second->data_alone->interval;
+  return fmt::format(
+      "{} and {} are hardly separated by these data: values of the one from {:.2f} to {:.2f} and "
+      "of "
+      "the other from {:.2f} to {:.2f} are found that fit as well as the best; {} would separate "
+      "them.",
+      pair.first->name,
+      pair.second->name,
+      first.lower,
+      first.upper,
+      second.lower,
+      second.upper,
+      separating_test(pair.second->name));
+}
+
 std::string words_on(const TradeOff& trade_off) {
   return fmt::format(
       "{} and {} trade off: along {:.2f}/{:+.2f} the fit is flat over at least +-{:.2f} "
@@ -71,7 +113,7 @@ std::string words_on(const TradeOff& trade_off) {
       trade_off.second_share,
       trade_off.half_length,
       trade_off.correlation,
-      separating_test(trade_off));
+      separating_test(trade_off.second));
 }
 
 }  // namespace graintruth::calibrate

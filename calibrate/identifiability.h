@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/calibrated_parameter.h"
 #include "calibrate/parameters.h"
 #include "calibrate/posterior.h"
 
@@ -23,7 +24,20 @@ struct TradeOff {
 // Pairs whose correlation over the posterior's draws reaches 0.9 in size.
 std::vector<TradeOff> find_trade_offs(const ParameterSpace& space, const Posterior& posterior);
 
+// Two parameters of which the data alone leave both wide open.
+struct OpenPair {
+  const CalibratedParameter* first = nullptr;
+  const CalibratedParameter* second = nullptr;
+};
+
+// Pairs of identified parameters whose 95 % intervals of the data alone both reach over a quarter
+// of the range of the search or more, but for those that trade off: the data may hold both loosely
+// without a direction along which one makes up for the other.
+std::vector<OpenPair> find_open_pairs(std::span<const CalibratedParameter> parameters,
+                                      std::span<const TradeOff> trade_offs);
+
 // One sentence, with the measurement that would separate the two.
 std::string words_on(const TradeOff& trade_off);
+std::string words_on(const OpenPair& pair);
 
 }  // namespace graintruth::calibrate

@@ -632,6 +632,8 @@ SearchResult Search::finish() {
     }
     result_.warnings.push_back(std::move(sentence));
   }
+  for (const OpenPair& pair : find_open_pairs(result_.calibrated, result_.trade_offs))
+    result_.warnings.push_back(words_on(pair));
   if (result_.failed > 0) {
     result_.warnings.push_back(
         fmt::format("{} of {} simulations did not complete and were scored as a model in which "

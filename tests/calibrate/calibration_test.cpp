@@ -215,6 +215,30 @@ TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
   EXPECT_TRUE(calibrated(toy::simulator(0.001), separate, quick(1)).trade_offs.empty());
 }
 
+TEST(Identifiability, TwoWideIntervalsAreSaidToBeHardlySeparated) {
+  const auto parameter = [](const char* name, double lower, double upper) {
+    CalibratedParameter made{.name = name, .status = ParameterStatus::tuned};
+    made.data_alone = DataAlone{.value = 0.5 * (lower + upper), .interval = {lower, upper}};
+    made.lower_bound = 0.0;
+    made.upper_bound = 0.6;
+    return made;
+  };
+  std::vector<CalibratedParameter> all = {parameter("friction_particle_particle", 0.0, 0.2),
+                                          parameter("friction_particle_wall", 0.1, 0.3)};
+  const std::vector<OpenPair> open = find_open_pairs(all, {});
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_NE(words_on(open[0]).find("from 0.00 to 0.20 and of the other from 0.10 to 0.30"),
+            std::string::npos);
+  EXPECT_NE(words_on(open[0]).find("a sliding test of the particle on the wall"),
+            std::string::npos);
+  const TradeOff told{.first = all[0].name, .second = all[1].name};
+  EXPECT_TRUE(find_open_pairs(all, std::span(&told, 1)).empty());
+  all[1].data_alone->interval = {0.1, 0.2};
+  EXPECT_TRUE(find_open_pairs(all, {}).empty());
+  all[1].data_alone.reset();  // not identified: that is said of it
+  EXPECT_TRUE(find_open_pairs(all, {}).empty());
+}
+
 // A model whose fit is best at the largest step: the gate is not moved by it, a joint search is,
 // and says so.
 TEST(Calibrate, ChoosesTheTimeStepByItsErrorUnlessAskedToSearchIt) {
