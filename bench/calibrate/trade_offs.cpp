@@ -9,6 +9,7 @@
 #include "bench/calibrate/twins.h"
 #include "calibrate/calibration.h"
 #include "calibrate/dem_simulator.h"
+#include "calibrate/score.h"
 
 using namespace graintruth;
 
@@ -25,7 +26,17 @@ void calibrate_and_tell(const char* heading, const datasets::Experiment& experim
   calibrate::CalibrationOptions options{.jobs = jobs};
   options.largest_time_step_fraction = calibrate::largest_time_step_fraction(experiment);
   const calibrate::CalibrationResult result = calibrate::calibrate(twin.problem, ensemble, options);
-  fmt::print("{}\n", heading);
+  // The truth's score with the seeds and step of the winner's
+  const calibrate::Score at_truth = calibrate::score(
+      twin.problem,
+      ensemble,
+      "truth",
+      {truth, result.time_step.fraction},
+      calibrate::make_seeds(options.seed, "confirmation", options.confirmation_seeds));
+  fmt::print("{}: agreement {:.1f} %, at the truth {:.1f} %\n",
+             heading,
+             result.score.student.percent,
+             at_truth.student.percent);
   for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
     const auto& interval = parameter.interval;
     fmt::print("  {:28} {:.3f} (truth {:.3f}), {}{}\n",
