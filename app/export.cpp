@@ -78,8 +78,13 @@ data sphere_list(const sim::Clump& clump) {
   return spheres;
 }
 
-void set_particle(data& values, const sim::Clump& clump) {
+void set_particle(data& values, const ExportedRun& run) {
+  const sim::Clump& clump = run.particle;
   values.set("particle", true);
+  values.set("is_plate", run.is_plate);
+  values.set("is_softened", run.material.youngs_modulus < run.material_modulus);
+  values.set("material_modulus", fmt::format("{:.6g}", run.material_modulus));
+  set(values, "youngs_modulus", run.material.youngs_modulus);
   values.set("is_clump", clump.spheres.size() > 1);
   values.set("sphere_count", std::to_string(clump.spheres.size()));
   values.set("spheres", sphere_list(clump));
@@ -97,7 +102,6 @@ void set_contact(data& values, const ExportedRun& run) {
                                           {.restitution = run.parameters.restitution},
                                           sim::Tension::clipped,
                                           sim::SimulationOptions{}.tangential_damping);
-  set(values, "youngs_modulus", run.material.youngs_modulus);
   set(values, "wall_modulus", 1e6 * run.material.youngs_modulus);
   set(values, "poisson_ratio", run.material.poisson_ratio);
   set(values, "tangential_damping", pair.tangential_damping);
@@ -173,7 +177,8 @@ using Files = std::vector<std::pair<std::filesystem::path, std::string>>;  // na
 
 std::string readme(data values, const std::string& target, const std::string& engine) {
   // Six digits are enough for a reader
-  for (const char* name : {"mass", "volume", "inertia_x", "inertia_y", "inertia_z", "time_step"}) {
+  for (const char* name :
+       {"mass", "volume", "inertia_x", "inertia_y", "inertia_z", "time_step", "youngs_modulus"}) {
     if (const data* exact = values.get(name); exact != nullptr)
       values.set(name, fmt::format("{:.6g}", std::stod(exact->string_value())));
   }
@@ -188,7 +193,7 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
   const ExportedRun run = read_exported_run(folder);
   data values = data::type::object;
   set_run(values, reports::read_run_data(folder));
-  set_particle(values, run.particle);
+  set_particle(values, run);
   set_contact(values, run);
   set_drop(values, run);
   const double sphere = volume_of(run.particle.spheres[drop_of(run).sphere]);
@@ -310,11 +315,12 @@ Files plain_tables(const datasets::RunFolder& folder) {
       !reports::list(run.run, {"configuration", "particle", "spheres"}).empty();
   if (run.result.is_object() && has_particle) {
     const ExportedRun exported = read_exported_run(folder);
-    set_particle(values, exported.particle);
+    set_particle(values, exported);
     files.emplace_back("particle_spheres.csv", sphere_table(exported.particle));
     files.emplace_back("particle.csv", particle_table(exported));
-    files.emplace_back("parameters.csv", parameter_table(run));
   }
+  if (!reports::at(run.result, {"parameters"}).empty())
+    files.emplace_back("parameters.csv", parameter_table(run));
   const std::vector<std::filesystem::path> tracks = track_files(folder);
   for (const std::filesystem::path& file : tracks)
     files.emplace_back("tracks" / file.filename(), track_table(file));

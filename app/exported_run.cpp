@@ -50,6 +50,33 @@ std::vector<sim::ElementSphere> read_spheres(const datasets::RunFolder& folder, 
   return spheres;
 }
 
+// Of the run's particle. A plate's inertia is not that of the spheres that stand for it.
+sim::MassChoice read_mass(const datasets::RunFolder& folder, const Json& run) {
+  sim::MassChoice choice{.mass =
+                             positive(folder.run(), run, {"configuration", "particle", "mass_kg"})};
+  const auto& inertia = reports::list(run, {"configuration", "particle", "inertia_kg_m2"});
+  if (inertia.empty()) return choice;
+  sim::Vec3 moments = sim::Vec3::Zero();
+  for (std::size_t i = 0; i < inertia.size() && i < 3; ++i)
+    moments[i] = reports::number(inertia[i], {});
+  if (inertia.size() != 3 || !(moments.minCoeff() > 0.0)) {
+    throw datasets::InputError(
+        fmt::format("{}: configuration.particle.inertia_kg_m2 must hold three numbers above zero.",
+                    folder.run().string()));
+  }
+  choice.inertia = moments;
+  return choice;
+}
+
+// A bin is simulated with softer particles than the experiment's, for which its parameters and its
+// time step hold.
+double simulated_modulus(const datasets::RunFolder& folder,
+                         const reports::RunData& data,
+                         double of_experiment) {
+  if (!reports::at(data.result, {"simulated_elastic_modulus_pa"}).is_number()) return of_experiment;
+  return positive(folder.result(), data.result, {"simulated_elastic_modulus_pa"});
+}
+
 double largest_radius(const sim::Clump& clump) {
   double radius = 0.0;
   for (const sim::ElementSphere& sphere : clump.spheres) radius = std::max(radius, sphere.radius);
@@ -77,15 +104,17 @@ ExportedRun read_exported_run(const datasets::RunFolder& folder) {
   run.parameters = calibrate::load_parameters(folder.result(), {});
   run.time_step = positive(folder.result(), data.result, {"time_step", "seconds"});
   run.gravity = positive(folder.run(), data.run, {"rig", "gravity_m_per_s2"});
-  run.material.youngs_modulus =
+  run.material_modulus =
       positive(folder.run(), data.run, {"configuration", "material", "elastic_modulus_pa"});
+  run.material.youngs_modulus = simulated_modulus(folder, data, run.material_modulus);
   run.material.poisson_ratio =
       reports::number(data.run, {"configuration", "material", "poisson_ratio"});
-  const double mass = positive(folder.run(), data.run, {"configuration", "particle", "mass_kg"});
+  const sim::MassChoice mass = read_mass(folder, data.run);
+  run.is_plate = mass.inertia.has_value();
   try {
     sim::check(run.material);
     sim::check(sim::Surfaces{.restitution = run.parameters.restitution});
-    run.particle = sim::make_clump(read_spheres(folder, data.run), {.mass = mass});
+    run.particle = sim::make_clump(read_spheres(folder, data.run), mass);
   } catch (const std::invalid_argument& error) {
     throw datasets::InputError(
         fmt::format("{}: cannot be exported: {}.", folder.root.string(), error.what()));

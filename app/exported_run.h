@@ -13,8 +13,10 @@
 namespace graintruth::app {
 
 struct ExportedRun {
-  sim::Clump particle;  // long axis along x
-  sim::Material material;
+  sim::Clump particle;            // long axis along x
+  bool is_plate = false;          // its inertia is a flat plate's
+  sim::Material material;         // as simulated
+  double material_modulus = 0.0;  // Pa; of the experiment, where it was simulated softer
   calibrate::ParameterSet parameters;
   double gravity = 0.0;    // m/s2
   double time_step = 0.0;  // s, as calibrated

@@ -3,6 +3,8 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "calibrate/particle_model.h"
+
 namespace graintruth::app {
 
 namespace {
@@ -37,9 +39,14 @@ Json rig_json(const datasets::Rig& rig) {
 
 Json configuration_json(const datasets::Experiment& experiment) {
   Json spheres = Json::array();
-  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
+  for (const datasets::AxialSphere& sphere : calibrate::element_spheres(experiment.particle)) {
     spheres.push_back({{"offset_m", sphere.offset}, {"radius_m", sphere.radius}});
   }
+  Json particle = {{"count", experiment.particle.count},
+                   {"mass_kg", experiment.particle.mass},
+                   {"spheres", spheres}};
+  if (const auto inertia = calibrate::stated_inertia(experiment.particle))
+    particle["inertia_kg_m2"] = *inertia;
   Json fiducials = Json::array();
   for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
     fiducials.push_back(
@@ -58,10 +65,7 @@ Json configuration_json(const datasets::Experiment& experiment) {
   const datasets::Material& material = experiment.material;
   return {{"title", experiment.title},
           {"note", experiment.note},
-          {"particle",
-           {{"count", experiment.particle.count},
-            {"mass_kg", experiment.particle.mass},
-            {"spheres", spheres}}},
+          {"particle", particle},
           {"material",
            {{"elastic_modulus_pa", material.elastic_modulus},
             {"poisson_ratio", material.poisson_ratio},

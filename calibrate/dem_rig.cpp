@@ -6,35 +6,20 @@
 #include <boost/random/normal_distribution.hpp>
 #include <ctime>
 
-#include "sim/profile.h"
+#include "calibrate/particle_model.h"
 #include "sim/relaxation.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-constexpr int plate_chords = 8;  // seven spheres
-
 sim::Clump clump_of(const datasets::Particle& particle) {
   std::vector<sim::ElementSphere> spheres;
-  for (const datasets::AxialSphere& sphere : particle.spheres)
+  for (const datasets::AxialSphere& sphere : element_spheres(particle))
     spheres.push_back({sim::Vec3(sphere.offset, 0.0, 0.0), sphere.radius});
   sim::MassChoice choice{.mass = particle.mass};
-  if (const auto& plate = particle.plate) {
-    const double a = plate->semi_major * plate->semi_major;
-    const double b = plate->semi_minor * plate->semi_minor;
-    const double t = plate->thickness * plate->thickness / 3.0;
-    // I = m/4 (sum of squared half axes across), a flat ellipse's; the thickness adds m t^2/12
-    choice.inertia = 0.25 * particle.mass * sim::Vec3(b + t, a + b, a + t);
-    if (spheres.empty() && !plate->shows_angle()) {
-      // A disc of the same area: spheres along an axis would all but coincide.
-      spheres.push_back({sim::Vec3::Zero(), std::sqrt(plate->semi_major * plate->semi_minor)});
-    } else if (spheres.empty()) {
-      spheres =
-          sim::fit_profile(sim::ellipse_profile(plate->semi_major, plate->semi_minor), plate_chords)
-              .spheres;
-    }
-  }
+  if (const auto inertia = stated_inertia(particle))
+    choice.inertia = sim::Vec3((*inertia)[0], (*inertia)[1], (*inertia)[2]);
   return sim::make_clump(std::move(spheres), choice, particle_material);
 }
 

@@ -18,8 +18,7 @@ inline constexpr int wall_material = 1;
 inline constexpr double settling_restitution = 0.2;
 
 // Elasticity, surfaces and the particle of the experiment; no walls, no bodies. The particle is
-// made of its element spheres; a plate without any of seven inscribed in its outline (thesis
-// Appendix E), a disc of one. A plate has the inertia of a flat ellipse, whatever its spheres have.
+// that of particle_model.h.
 sim::Scene empty_scene(const datasets::Experiment& experiment,
                        double elastic_modulus,
                        const ParameterSet& parameters,

@@ -148,6 +148,28 @@ TEST_P(Deck, TakesMassAndInertiaOfTheUnion) {
   }
 }
 
+// A button: the spheres are those of its outline, mass and moments those of a flat ellipse.
+TEST_P(Deck, TakesTheInertiaOfAPlate) {
+  change({{-0.003, 0.0035}, {0.0, 0.0053}, {0.003, 0.0035}}, 0.74);
+  const std::vector<double> of_plate = {2.48e-9, 4.1e-9, 6.28e-9};  // kg m2
+  Json run = Json::parse(content_of(run_.run()));
+  run["configuration"]["particle"]["mass_kg"] = 3.32e-4;
+  run["configuration"]["particle"]["inertia_kg_m2"] = {of_plate[0], of_plate[2], of_plate[1]};
+  write_json(run_.run(), run);
+  Json result = Json::parse(content_of(run_.result()));
+  result["simulated_elastic_modulus_pa"] = 6.3e7;
+  write_json(run_.result(), result);
+  const Thrown seen = thrown();
+  EXPECT_NEAR(seen.last_row.at(0) / 3.32e-4, 1.0, 1e-6);
+  std::vector<double> moments(seen.last_row.begin() + 1, seen.last_row.begin() + 4);
+  std::sort(moments.begin(), moments.end());
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(moments[i] / of_plate[i], 1.0, 1e-6);
+  EXPECT_NEAR(seen.rebound / seen.predicted, 1.0, 0.01);
+  const std::string readme = content_of(out() / GetParam().target / "README.md");
+  EXPECT_TRUE(contains(readme, "those of a flat ellipse")) << readme;
+  EXPECT_TRUE(contains(readme, "elastic modulus of 6.3e+07 Pa instead")) << readme;
+}
+
 TEST_P(Deck, ReboundsAsTheEnginesOwnLawPredicts) {
   for (const double restitution : {0.83, 0.5}) {
     change({{-half_spacing, radius}, {half_spacing, radius}}, restitution);
@@ -252,6 +274,11 @@ TEST_F(Export, RefusesWithOneSentenceAndWritesNothing) {
   expect_refusal(export_to("liggghts"), "LIGGGHTS takes none of 0.05 or less");
   change({{0.0, 0.01}}, 1.5);
   expect_refusal(export_to("yade"), "restitution is 1.5");
+  change({{0.0, 0.01}}, 0.8);
+  Json run = Json::parse(content_of(run_.run()));
+  run["configuration"]["particle"]["inertia_kg_m2"] = {1e-9, -1e-9, 1e-9};
+  write_json(run_.run(), run);
+  expect_refusal(export_to("lammps"), "must hold three numbers above zero");
   std::filesystem::remove(run_.result());
   expect_refusal(export_to("liggghts"), "let the calibration finish first");
   expect_refusal(export_to("csv"), "nothing to export");

@@ -7,6 +7,7 @@
 
 #include "tests/app/documented_tables.h"
 #include "tests/app/weighed_bin.h"
+#include "tests/support/read_rows.h"
 #include "tests/support/run_program.h"
 
 namespace graintruth::tests {
@@ -49,7 +50,15 @@ TEST(WeighedBinRun, IsCalibratedOnItsRatesAndOnWhatStays) {
   EXPECT_TRUE(said) << result["warnings"];
   EXPECT_TRUE(std::filesystem::exists(out / "report.html"));
 
-  // 3. Friction slows the flow of this bin: a parameter that makes a difference was compared
+  // 3. Its plate goes to other programs, although no spheres were given
+  const ProgramOutcome tables = run_program({"export", out.string(), "--to", "csv"});
+  ASSERT_EQ(tables.status, 0) << tables.err;
+  EXPECT_EQ(read_rows(out / "export/csv/particle_spheres.csv").size(), 7u);
+  EXPECT_EQ(read_rows(out / "export/csv/parameters.csv").size(), 3u);
+  const ProgramOutcome deck = run_program({"export", out.string(), "--to", "lammps"});
+  EXPECT_EQ(deck.status, 0) << deck.err;
+
+  // 4. Friction slows the flow of this bin: a parameter that makes a difference was compared
   const auto& row = result["comparison"][0];
   EXPECT_GT(row["simulated_kg_per_s"], 0.0);
   EXPECT_GT(row["validation_uncertainty_kg_per_s"], 0.0);
