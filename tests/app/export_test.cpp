@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "datasets/run_folder.h"
+#include "tests/app/documented_tables.h"
 #include "tests/app/laboratory.h"
 #include "tests/reports/fixture_run.h"
 #include "tests/support/read_rows.h"
@@ -258,6 +259,8 @@ TEST_F(Export, TracksHaveTheColumnsOfTrackpy) {
             "1,1,0.26,0.49,0.2,0\n"
             "1,2,0.3,0.4,0.3,0\n");
   EXPECT_FALSE(std::filesystem::exists(out() / "csv/tracks/rep1.stagnant.csv"));
+  EXPECT_EQ(undocumented_tables(out() / "csv", {"Tables of an export"}),
+            std::vector<std::string>());
 }
 
 TEST_F(Export, RefusesWithOneSentenceAndWritesNothing) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/app/documented_tables.h"
 #include "tests/app/laboratory.h"
 #include "tests/support/read_rows.h"
 #include "tests/support/run_program.h"
@@ -146,6 +147,8 @@ TEST_F(Reproduce, SimulatesOnceAndRebuildsFromWhatIsStored) {
   const ProgramOutcome first = reproduce({"eq-3.7"});
   EXPECT_EQ(first.status, 0) << first.err;
   EXPECT_EQ(verdict(first, "velocity is kept"), "confirmed");
+  EXPECT_EQ(undocumented_tables(folder_ / "run", {"Tables of a reproduction"}),
+            std::vector<std::string>());
   const fs::path study = folder_ / "run/studies/eq-3.7.json";
   const auto written = fs::last_write_time(study);
   const ProgramOutcome second = reproduce({"eq-3.7"});

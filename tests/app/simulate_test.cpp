@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "tests/app/bad_input.h"
+#include "tests/app/documented_tables.h"
 #include "tests/app/small_scene.h"
 #include "tests/support/read_rows.h"
 
@@ -57,6 +58,9 @@ TEST_F(Simulate, LeavesTracksTablesAndResult) {
   ASSERT_EQ(rows.size(), 3u * 3u);
   EXPECT_NEAR(number(rows[6], "z_m") - number(rows[0], "z_m"), -0.5 * 9.81 * 0.02 * 0.02, 1e-5);
   EXPECT_EQ(read_rows(in_run("tables/energy.csv")).size(), 3u);
+  EXPECT_EQ(
+      undocumented_tables(out(), {"Tables of a simulated scene", "Tracks of a scene in a plane"}),
+      std::vector<std::string>());
   EXPECT_EQ(read_rows(in_run("tables/bed.csv")).size(), 3u);
   EXPECT_EQ(read_rows(in_run("tables/wall_forces.csv")).size(), 3u);
 }
@@ -105,8 +109,9 @@ TEST_F(Simulate, SpatialScenesAreDrawnAndTrackedToo) {
       simulate(with(small_scene(), "longest_s = 2.0", "longest_s = 0.01"), {"--render"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "did not come to rest")) << outcome.out;
-  EXPECT_TRUE(content_of(in_run("tracks/simulation.csv"))
-                  .starts_with("frame,time_s,particle,x_m,y_m,z_m,quaternion_w"));
+  EXPECT_EQ(
+      undocumented_tables(out(), {"Tables of a simulated scene", "Tracks of a scene in space"}),
+      std::vector<std::string>());
   EXPECT_TRUE(std::filesystem::exists(in_run("simulation.png")));
 }
 
