@@ -131,7 +131,7 @@ void ContactSearch<D>::find(const Bodies<D>& bodies,
                              bodies.motion.size()};
   cells_.sort(centres, RadiusView{radii_, bodies.kind.data()}, margin);
   desks_.resize(team.workers());
-  for_each_slab(slab_count_of(bodies.count()), &team, [&](int worker, int slab) {
+  for_each_shared(slab_count_of(bodies.count()), &team, [&](int worker, int slab) {
     const SlabRange range = slab_range(slab, bodies.count());
     Desk& desk = desks_[worker];
     find_pairs(bodies, margin, range, desk, between_bodies[slab]);

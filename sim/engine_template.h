@@ -426,7 +426,7 @@ template <int D>
 template <class Law, class Observer>
 void Engine<D>::add_forces_of_law(const Law& law, Observer& observe) {
   Team* team = std::is_same_v<Observer, StepOnly> ? team_.get() : nullptr;
-  for_each_slab(slab_count(), team, [&](int worker, int slab) {
+  for_each_shared(slab_count(), team, [&](int worker, int slab) {
     add_forces_of_slab(law, slab, worker, observe);
   });
 }
@@ -463,7 +463,7 @@ void Engine<D>::sum_slabs() {
   }
   if (!Observer::commits || slab_count() == 1) return;
   const int parts = part_of(bodies_.count() - 1, slabs_[0].part_shift) + 1;
-  for_each_slab(parts, team_.get(), [this](int, int part) { sum_part(part); });
+  for_each_shared(parts, team_.get(), [this](int, int part) { sum_part(part); });
 }
 
 template <int D>

@@ -345,7 +345,7 @@ StepBound find_all_accelerations(typename Motion<D>::Vector gravity,
                                  Team* team) {
   std::atomic<double> largest_of_all = 0.0;
   std::atomic<int> suspects_of_all = 0;
-  for_each_slab(slab_count_of(bodies.count()), team, [&](int, int slab) {
+  for_each_shared(slab_count_of(bodies.count()), team, [&](int, int slab) {
     const auto [begin, end] = slab_range(slab, bodies.count());
     Block<D> block;
     double largest = 0.0;
@@ -364,7 +364,7 @@ StepBound find_all_accelerations(typename Motion<D>::Vector gravity,
 
 template <int D>
 void advance_all(const StepFactors& step, Bodies<D>& bodies, Team* team) {
-  for_each_slab(slab_count_of(bodies.count()), team, [&](int, int slab) {
+  for_each_shared(slab_count_of(bodies.count()), team, [&](int, int slab) {
     const auto [begin, end] = slab_range(slab, bodies.count());
     Block<D> block;
     for_each_block(begin, end, block, [&] { advance_in(step, bodies, block); });

@@ -21,13 +21,14 @@ inline SlabRange slab_range(int slab, int bodies) {
   return {slab * kBodiesInSlab, std::min((slab + 1) * kBodiesInSlab, bodies)};
 }
 
-// task(worker, slab) for every slab; all of them by worker 0 when there is no team.
+// task(worker, i) for all i in [0, count), slabs or parts of the bed, shared by the team; all of
+// them by worker 0 where there is none, or nothing to share.
 template <class Task>
-void for_each_slab(int slabs, Team* team, const Task& task) {
-  if (team != nullptr && team->workers() > 1 && slabs > 1) {
-    team->run(slabs, task);
+void for_each_shared(int count, Team* team, const Task& task) {
+  if (team != nullptr && team->workers() > 1 && count > 1) {
+    team->run(count, task);
   } else {
-    for (int slab = 0; slab < slabs; ++slab) task(0, slab);
+    for (int i = 0; i < count; ++i) task(0, i);
   }
 }
 

@@ -20,8 +20,9 @@ class Team {
 
   // Does task(worker, i) for all i in [0, count), each once, by whoever is free; returns when all
   // are done. Waits for nobody who has not begun one: where others keep the processor busy, the
-  // caller does alone what its team does not come to. Tasks must not throw, and must not care who
-  // does them; at most 2^20 - 1 at once.
+  // caller does alone what its team does not come to. Half the workers begin with the first task
+  // and half with the last, so that from round to round a task mostly meets the same worker, and
+  // its cache. Tasks must not throw, and must not care who does them; at most 2^20 - 1 at once.
   template <class Task>
   void run(int count, const Task& task) {
     run_any(count, {&task, [](const void* any, int worker, int i) {
@@ -41,8 +42,8 @@ class Team {
 
   std::vector<std::thread> threads_;
   AnyTask task_;
-  // Round and the tasks left of it in one number, so that a task can only be taken
-  // of the round that it belongs to, however late a worker looks.
+  // Round and the tasks left of it in one number, so that a task can only be taken of the round
+  // that it belongs to, however late a worker looks.
   std::atomic<std::uint64_t> ticket_{0};
   std::atomic<int> done_{0};  // tasks of this round
   std::atomic<bool> ends_{false};
