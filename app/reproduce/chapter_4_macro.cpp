@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "app/reproduce/button.h"
+#include "app/reproduce/printed_rates.h"
 #include "app/reproduce/targets.h"
 #include "calibrate/beverloo.h"
 #include "calibrate/hypothesis_tests.h"
@@ -29,22 +30,6 @@ const std::string experiment = "table_4_4_beverloo_experiment";
 const std::string simulation = "table_4_5_beverloo_simulation";
 
 double centimetre() { return unit_in_si("cm"); }
-
-// The rates of a table for particles of the given diameter.
-std::vector<DischargeRate> rates_of(const ThesisData& thesis,
-                                    const std::string& name,
-                                    double diameter) {
-  const datasets::Table& table = thesis.table(name);
-  std::vector<DischargeRate> rates;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    rates.push_back(
-        {.orifice = table.number(row, "orifice_D_cm") * centimetre(),
-         .rate = table.number(row, "flow_rate_q_g_per_s") * unit_in_si("g"),
-         .density = table.number(row, "areal_density_rho_g_per_cm2") * unit_in_si("g/cm2"),
-         .particle_diameter = diameter});
-  }
-  return rates;
-}
 
 // d as section 4.3.2.5 prints and uses it for k, m.
 double printed_diameter(const ThesisData& thesis) {
@@ -69,7 +54,7 @@ std::vector<double> coefficients(std::span<const DischargeRate> rates, double k)
 void examine_coefficients(Examination& exam, const ThesisData& thesis, const std::string& name) {
   const datasets::Table& table = thesis.table(name);
   const double k = thesis.worded("fig-4.17", "experiment: k").value();
-  const auto rates = rates_of(thesis, name, button_diameter(thesis));
+  const auto rates = printed_rates(thesis, name, button_diameter(thesis));
   const double solid = thesis.number(packing, "solid_areal_density");
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const std::string orifice = fmt::format("D = {} cm: ", table.text(row, "orifice_D_cm"));
@@ -85,15 +70,16 @@ void examine_coefficients(Examination& exam, const ThesisData& thesis, const std
   }
   const std::vector<double> printed = printed_coefficients(thesis, name);
   exam.compare_worded("average of C", mean_of(printed), "of the printed C");
-  exam.compare_worded("average of C, without the d of eq 4.5",
-                      mean_of(coefficients(rates_of(thesis, name, printed_diameter(thesis)), k)));
+  exam.compare_worded(
+      "average of C, without the d of eq 4.5",
+      mean_of(coefficients(printed_rates(thesis, name, printed_diameter(thesis)), k)));
 }
 
 void compare_lines(Examination& exam,
                    const ThesisData& thesis,
                    const std::string& group,
                    const std::string& name) {
-  const auto rates = rates_of(thesis, name, button_diameter(thesis));
+  const auto rates = printed_rates(thesis, name, button_diameter(thesis));
   const calibrate::BeverlooLine line = calibrate::fit_beverloo_line(BeverlooLaw::slot, rates);
   const double diameter = printed_diameter(thesis);
   exam.compare_worded(group + ": kd", line.zero / centimetre());
@@ -105,7 +91,7 @@ double k_of_wide_orifices(const ThesisData& thesis, std::span<const std::string>
   const double narrowest = thesis.worded("fig-4.17", "narrowest orifice without arches").value();
   std::vector<DischargeRate> wide;
   for (const std::string& name : names) {
-    for (const DischargeRate& rate : rates_of(thesis, name, button_diameter(thesis)))
+    for (const DischargeRate& rate : printed_rates(thesis, name, button_diameter(thesis)))
       if (rate.orifice >= (narrowest - 1e-9) * centimetre()) wide.push_back(rate);
   }
   return calibrate::fit_beverloo_line(BeverlooLaw::slot, wide).zero / printed_diameter(thesis);
@@ -209,7 +195,7 @@ void examine_table_4_4(Examination& exam, const ThesisData& thesis) {
 void examine_table_4_5(Examination& exam, const ThesisData& thesis) {
   examine_coefficients(exam, thesis, simulation);
   // With k of its own straight line
-  const auto rates = rates_of(thesis, simulation, printed_diameter(thesis));
+  const auto rates = printed_rates(thesis, simulation, printed_diameter(thesis));
   const double own =
       calibrate::fit_beverloo_line(BeverlooLaw::slot, rates).zero / printed_diameter(thesis);
   std::vector<double> values;
@@ -218,8 +204,8 @@ void examine_table_4_5(Examination& exam, const ThesisData& thesis) {
   exam.compare_worded("average of C with the simulation's own k", mean_of(values));
 
   // Orifice by orifice beside the experiment
-  const auto measured = rates_of(thesis, experiment, 0.0);
-  const auto simulated = rates_of(thesis, simulation, 0.0);
+  const auto measured = printed_rates(thesis, experiment, 0.0);
+  const auto simulated = printed_rates(thesis, simulation, 0.0);
   for (std::size_t i = 0; i < std::min(measured.size(), simulated.size()) && i < 2; ++i) {
     exam.compare_worded(fmt::format("sec 4.3.2.3: rate at D = {} cm against the experiment",
                                     thesis.table(simulation).text(i, "orifice_D_cm")),
@@ -254,7 +240,7 @@ void examine_beverloo_lines(Examination& exam, const ThesisData& thesis) {
                       k_of_wide_orifices(thesis, std::span(both).last(1)));
   exam.compare_worded("k from 7.5 cm on: both pooled", k_of_wide_orifices(thesis, both));
   for (const std::string& name : both) {
-    const auto rates = rates_of(thesis, name, button_diameter(thesis));
+    const auto rates = printed_rates(thesis, name, button_diameter(thesis));
     const calibrate::LeastSquaresFit fit =
         calibrate::fit_beverloo(BeverlooLaw::slot, rates, gravity);
     exam.add_note(fmt::format(
@@ -346,7 +332,7 @@ void examine_table_4_7(Examination& exam, const ThesisData& thesis) {
     const std::string group_name = table.text(row, "group");
     const double orifice = table.number(row, "orifice_D_cm") * centimetre();
     for (const DischargeRate& rate :
-         rates_of(thesis, group_name == "experiment" ? experiment : simulation, 0.0)) {
+         printed_rates(thesis, group_name == "experiment" ? experiment : simulation, 0.0)) {
       if (std::abs(rate.orifice - orifice) > 1e-9) continue;
       exam.compare(
           fmt::format("D = {} cm: {}, mean speed", table.text(row, "orifice_D_cm"), group_name),

@@ -6,6 +6,7 @@
 
 #include "app/reproduce/button.h"
 #include "app/reproduce/macro_figures.h"
+#include "app/reproduce/printed_rates.h"
 #include "app/reproduce/targets.h"
 #include "calibrate/beverloo.h"
 #include "calibrate/hypothesis_tests.h"
@@ -14,7 +15,8 @@ namespace graintruth::app {
 
 namespace {
 
-constexpr double gravity = 9.81;  // m/s2
+constexpr double gravity = 9.81;      // m/s2
+constexpr double significant = 0.05;  // P
 const std::string packing = "packing_and_flow";
 const std::string experiment = "table_4_4_beverloo_experiment";
 const std::string simulation = "table_4_5_beverloo_simulation";
@@ -73,20 +75,6 @@ std::vector<calibrate::DischargeRate> rates_of(const ThesisData& thesis,
                      .density = of.of("density").mean,
                      .particle_diameter = button_diameter(thesis),
                      .standard_uncertainty = rate.spread / std::sqrt(rate.seeds)});
-  }
-  return rates;
-}
-
-// Those of the experiment.
-std::vector<calibrate::DischargeRate> measured_rates(const ThesisData& thesis) {
-  const datasets::Table& table = thesis.table(experiment);
-  std::vector<calibrate::DischargeRate> rates;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    rates.push_back(
-        {.orifice = table.number(row, "orifice_D_cm") * unit_in_si("cm"),
-         .rate = table.number(row, "flow_rate_q_g_per_s") * unit_in_si("g"),
-         .density = table.number(row, "areal_density_rho_g_per_cm2") * unit_in_si("g/cm2"),
-         .particle_diameter = button_diameter(thesis)});
   }
   return rates;
 }
@@ -214,10 +202,10 @@ void compare_coefficients(Examination& exam,
     exam.not_run(where, printed, "too few steady rates");
     return;
   }
-  const std::vector<double> theirs = coefficients(measured_rates(thesis));
+  const std::vector<double> theirs =
+      coefficients(printed_rates(thesis, experiment, button_diameter(thesis)));
   const calibrate::TTest test =
       calibrate::welch_test(calibrate::summarise(ours), calibrate::summarise(theirs));
-  constexpr double significant = 0.05;
   exam.claim(where,
              printed,
              {.mean = test.p, .seeds = static_cast<int>(ours.size())},
@@ -256,7 +244,6 @@ void compare_profiles(Examination& exam,
                                 {-printed.number(row, "mean_velocity_m_per_s_unit_inferred"),
                                  printed.number(row, "sd_velocity_m_per_s_unit_inferred"),
                                  own.count});
-      constexpr double significant = 0.05;
       exam.claim(where + ", like Table 4.7: P that velocities differ from the experiment's",
                  thesis.column_cell(velocities, row, "P_printed", "-"),
                  {.mean = test.p, .seeds = own.count},

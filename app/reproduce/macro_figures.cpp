@@ -88,26 +88,22 @@ void add_ours(const MacroRuns& runs, const char* key, double unit, Curve& curve)
   }
 }
 
-// Both of the thesis's tables, as points.
-void add_printed(const ThesisData& thesis, const char* column, Curve& curve) {
+// What the thesis prints of both its groups in a column of Tables 4.4 and 4.5, and ours, against
+// the orifice.
+Curve against_orifice(const ThesisData& thesis,
+                      const MacroRuns& runs,
+                      const char* column,
+                      const char* key,
+                      double unit,
+                      Curve curve) {
+  curve.x_title = "Orifice (cm)";
   for (const auto& [name, table] :
        {std::pair(experiment_name, experiment), std::pair(simulation_name, simulation)}) {
     curve.series.push_back({.name = name,
                             .x = thesis.table(table).numbers("orifice_D_cm"),
                             .y = thesis.table(table).numbers(column)});
   }
-}
-
-// Figure 4.12b.
-Curve fractions_of_flow(const ThesisData& thesis, const MacroRuns& runs) {
-  Curve curve{.id = "macro-fraction-flow",
-              .caption =
-                  "Solid fraction while the bed flows steadily (fig. 4.12b): mean and "
-                  "standard deviation over fillings, and what the thesis's densities give.",
-              .x_title = "Orifice (cm)",
-              .y_title = "Solid fraction"};
-  add_printed(thesis, "solid_fraction_rho_over_0.28898", curve);
-  add_ours(runs, "flowing_fraction", 1.0, curve);
+  add_ours(runs, key, unit, curve);
   return curve;
 }
 
@@ -135,20 +131,6 @@ Curve discharges(const ThesisData& thesis, const MacroRuns& runs) {
       curve.series.push_back(std::move(series));
     }
   }
-  return curve;
-}
-
-// Figure 4.15.
-Curve rates(const ThesisData& thesis, const MacroRuns& runs) {
-  Curve curve{.id = "macro-rates",
-              .caption =
-                  "Flow rate against the orifice (fig. 4.15). Ours: mean and standard "
-                  "deviation over fillings, at the thesis's friction of 0.2; nothing was "
-                  "tuned.",
-              .x_title = "Orifice (cm)",
-              .y_title = "Rate (g/s)"};
-  add_printed(thesis, "flow_rate_q_g_per_s", curve);
-  add_ours(runs, "rate", unit_in_si("g"), curve);
   return curve;
 }
 
@@ -260,10 +242,29 @@ Curve profiles(const ThesisData& thesis, const MacroRuns& runs) {
 }  // namespace
 
 void draw_bins(Examination& exam, const ThesisData& thesis, const MacroRuns& runs) {
-  exam.add_curve(rates(thesis, runs));
+  exam.add_curve(against_orifice(
+      thesis,
+      runs,
+      "flow_rate_q_g_per_s",
+      "rate",
+      unit_in_si("g"),
+      {.id = "macro-rates",
+       .caption =
+           "Flow rate against the orifice (fig. 4.15). Ours: mean and standard deviation over "
+           "fillings, at the thesis's friction of 0.2; nothing was tuned.",
+       .y_title = "Rate (g/s)"}));
   exam.add_curve(discharges(thesis, runs));
   exam.add_curve(fractions_in_time(runs));
-  exam.add_curve(fractions_of_flow(thesis, runs));
+  exam.add_curve(against_orifice(
+      thesis,
+      runs,
+      "solid_fraction_rho_over_0.28898",
+      "flowing_fraction",
+      1.0,
+      {.id = "macro-fraction-flow",
+       .caption = "Solid fraction while the bed flows steadily (fig. 4.12b): mean and standard "
+                  "deviation over fillings, and what the thesis's densities give.",
+       .y_title = "Solid fraction"}));
   exam.add_curve(beverloo_lines(thesis, runs));
   exam.add_curve(profiles(thesis, runs));
 }
