@@ -1,6 +1,7 @@
 #include "calibrate/bin_comparison.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
@@ -491,20 +492,21 @@ std::unique_ptr<Comparison> BinComparison::with_form(datasets::ObjectiveForm for
 
 double BinComparison::half_width_of_difference(const Evaluation& first,
                                                const Evaluation& second,
-                                               double roughness,
+                                               const PooledChance& chance,
                                                const BootstrapOptions& options) const {
+  const std::array<Evaluation, 2> both = {first, second};
   return student_t_quantile(0.975, scatter_.freedom) *
-         std::hypot(difference_deviation(*this, first, second, options),
-                    roughness * std::hypot(first.objective, second.objective));
+         std::hypot(difference_deviation(draw_objectives(both, options)),
+                    chance.roughness * std::hypot(first.objective, second.objective));
 }
 
 // Films and seeds are drawn as pairs and cannot be told apart: the whole deviation is allowed,
 // which is more than 95 % asks for.
 double BinComparison::allowed_excess(const Evaluation& best,
                                      const Evaluation& evaluation,
-                                     double roughness,
+                                     const PooledChance& chance,
                                      const BootstrapOptions& options) const {
-  return half_width_of_difference(best, evaluation, roughness, options);
+  return half_width_of_difference(best, evaluation, chance, options);
 }
 
 }  // namespace graintruth::calibrate

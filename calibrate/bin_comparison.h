@@ -68,18 +68,19 @@ class BinComparison final : public Comparison {
   double noise(std::span<const SimulatedRun> runs) const override;
   // By the smooth form: one orifice tells no law.
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
-  // Residuals of films against their simulations, about the mean of their orifice, are drawn anew
-  // for every orifice from all orifices together: with three films each, an orifice alone has too
-  // few to draw from.
+  // Objectives of the same evaluations, [draw][evaluation], when films could have been others:
+  // residuals of films against their simulations, about the mean of their orifice, are drawn anew
+  // for every orifice from all orifices together, because with three films each an orifice alone
+  // has too few to draw from.
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
-                                                   const BootstrapOptions& options) const override;
+                                                   const BootstrapOptions& options) const;
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
-                                  double roughness,
+                                  const PooledChance& chance,
                                   const BootstrapOptions& options) const override;
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
-                        double roughness,
+                        const PooledChance& chance,
                         const BootstrapOptions& options) const override;
   // Null: an evaluation has one simulation of every film, and none to spare.
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const override;

@@ -22,12 +22,7 @@ double jackknife_error(std::span<const double> values) {
   return std::sqrt((n - 1.0) / n * squares);
 }
 
-double difference_deviation(const Comparison& comparison,
-                            const Evaluation& first,
-                            const Evaluation& second,
-                            const BootstrapOptions& options) {
-  const std::vector<Evaluation> both = {first, second};
-  const std::vector<std::vector<double>> drawn = comparison.draw_objectives(both, options);
+double difference_deviation(std::span<const std::vector<double>> drawn) {
   const auto n = static_cast<double>(drawn.size());
   double mean = 0.0;
   for (const auto& draw : drawn) mean += (draw[0] - draw[1]) / n;

@@ -39,6 +39,22 @@ struct RunScore {
   double agreement_percent = 0.0;  // NaN where there is no such thing
 };
 
+// What all evaluations together tell of chance, for the difference of any two.
+struct PooledChance {
+  // Relative standard deviation of the objective from one parameter set to the next beyond what
+  // seeds explain.
+  double roughness = 0.0;
+  double cost_of_own_widths = 1.0;  // see ReplicateVariance
+};
+
+// Variance of the difference of two objectives that comes from the replicates, judged by half
+// widths that come from the same replicates, and by those of the other replicates alone. The second
+// over the first, the cost of own widths, is known badly from one pair of evaluations.
+struct ReplicateVariance {
+  double by_own_widths = 0.0;
+  double by_widths_of_others = 0.0;
+};
+
 class Comparison {
  public:
   virtual ~Comparison() = default;
@@ -55,22 +71,21 @@ class Comparison {
   virtual double noise(std::span<const SimulatedRun> runs) const = 0;
   virtual RunScore score_run(const SimulatedRun& run, std::size_t scene) const = 0;
 
-  // Objectives of the same evaluations for replicates (outer) and seeds (inner) drawn anew with
-  // replacement: [draw][evaluation]. No new simulations are run.
-  virtual std::vector<std::vector<double>> draw_objectives(
-      std::span<const Evaluation> evaluations, const BootstrapOptions& options) const = 0;
+  // Zeros where widths do not come from replicates.
+  virtual ReplicateVariance replicate_variance(const Evaluation&, const Evaluation&) const {
+    return {};
+  }
   // By how much the objectives of two evaluations of the same seeds must differ to be told apart at
-  // 95 %. `roughness` is the relative standard deviation of the objective from one parameter set to
-  // the next beyond what seeds explain.
+  // 95 %, when replicates and seeds could have been others. No new simulations are run.
   virtual double half_width_of_difference(const Evaluation& first,
                                           const Evaluation& second,
-                                          double roughness,
+                                          const PooledChance& chance,
                                           const BootstrapOptions& options) const = 0;
   // By how much `evaluation` may be worse than `best`, the lowest of all, before its parameters can
   // be told from the true ones at 95 %.
   virtual double allowed_excess(const Evaluation& best,
                                 const Evaluation& evaluation,
-                                double roughness,
+                                const PooledChance& chance,
                                 const BootstrapOptions& options) const = 0;
 
   // The same comparison with simulated runs in place of the filmed replicates; null where these
@@ -82,11 +97,9 @@ class Comparison {
   virtual datasets::ObjectiveForm form() const { return datasets::ObjectiveForm::smooth; }
 };
 
-// Standard deviation over draws of the difference between the objectives of two evaluations.
-double difference_deviation(const Comparison& comparison,
-                            const Evaluation& first,
-                            const Evaluation& second,
-                            const BootstrapOptions& options);
+// Standard deviation over draws of the difference between the objectives of two evaluations:
+// [draw][evaluation].
+double difference_deviation(std::span<const std::vector<double>> drawn);
 
 // Jackknife standard error from n delete-one values: sqrt((n - 1)/n sum (v_i - mean)^2), Efron and
 // Stein (1981).

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/ensemble.h"
-
 namespace graintruth::calibrate {
 
 JointComparison::JointComparison(std::vector<ComparedExperiment> experiments)
@@ -88,26 +86,22 @@ RunScore JointComparison::score_run(const SimulatedRun& run, std::size_t scene) 
   return experiments_[i].comparison->score_run(run, scene);
 }
 
-std::vector<std::vector<double>> JointComparison::draw_objectives(
-    std::span<const Evaluation> evaluations, const BootstrapOptions& options) const {
-  std::vector<std::vector<double>> sums(static_cast<std::size_t>(options.draws),
-                                        std::vector<double>(evaluations.size(), 0.0));
+ReplicateVariance JointComparison::replicate_variance(const Evaluation& first,
+                                                      const Evaluation& second) const {
+  ReplicateVariance sum;
   for (std::size_t i = 0; i < experiments_.size(); ++i) {
-    // Films of one experiment are drawn apart from those of another
-    BootstrapOptions own = options;
-    own.seed = make_seeds(options.seed, "experiment", static_cast<int>(i) + 1).back();
-    const auto drawn = experiments_[i].comparison->draw_objectives(parts_of(evaluations, i), own);
-    for (std::size_t draw = 0; draw < drawn.size(); ++draw) {
-      for (std::size_t e = 0; e < evaluations.size(); ++e)
-        sums[draw][e] += experiments_[i].weight * drawn[draw][e];
-    }
+    const auto& [comparison, scenes, weight] = experiments_[i];
+    const ReplicateVariance one =
+        comparison->replicate_variance(part_of(first, i), part_of(second, i));
+    sum.by_own_widths += weight * weight * one.by_own_widths;
+    sum.by_widths_of_others += weight * weight * one.by_widths_of_others;
   }
-  return sums;
+  return sum;
 }
 
 double JointComparison::half_width_of_difference(const Evaluation& first,
                                                  const Evaluation& second,
-                                                 double roughness,
+                                                 const PooledChance& chance,
                                                  const BootstrapOptions& options) const {
   double half_width = 0.0;
   for (std::size_t i = 0; i < experiments_.size(); ++i) {
@@ -115,7 +109,7 @@ double JointComparison::half_width_of_difference(const Evaluation& first,
     half_width =
         std::hypot(half_width,
                    one.weight * one.comparison->half_width_of_difference(
-                                    part_of(first, i), part_of(second, i), roughness, options));
+                                    part_of(first, i), part_of(second, i), chance, options));
   }
   return half_width;
 }
@@ -124,15 +118,15 @@ double JointComparison::half_width_of_difference(const Evaluation& first,
 // squares and D as it is: sqrt(sum (w t S)^2) - sum w D.
 double JointComparison::allowed_excess(const Evaluation& best,
                                        const Evaluation& evaluation,
-                                       double roughness,
+                                       const PooledChance& chance,
                                        const BootstrapOptions& options) const {
   double half_width = 0.0, distance = 0.0;
   for (std::size_t i = 0; i < experiments_.size(); ++i) {
     const auto& [comparison, scenes, weight] = experiments_[i];
     const Evaluation here = part_of(best, i), there = part_of(evaluation, i);
-    const double own = comparison->half_width_of_difference(here, there, roughness, options);
+    const double own = comparison->half_width_of_difference(here, there, chance, options);
     half_width = std::hypot(half_width, weight * own);
-    distance += weight * (own - comparison->allowed_excess(here, there, roughness, options));
+    distance += weight * (own - comparison->allowed_excess(here, there, chance, options));
   }
   return std::max(0.0, half_width - distance);
 }

@@ -32,15 +32,15 @@ class JointComparison final : public Comparison {
   double noise(std::span<const SimulatedRun> runs) const override;
   // By its own experiment alone, unweighted.
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
-  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
-                                                   const BootstrapOptions& options) const override;
+  ReplicateVariance replicate_variance(const Evaluation& first,
+                                       const Evaluation& second) const override;
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
-                                  double roughness,
+                                  const PooledChance& chance,
                                   const BootstrapOptions& options) const override;
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
-                        double roughness,
+                        const PooledChance& chance,
                         const BootstrapOptions& options) const override;
   // Null: no part of the runs has seeds of every experiment.
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun>) const override {

@@ -46,6 +46,11 @@ double pooled_variance(const Band& band,
   return count == 0 ? 0.0 : sum / count;
 }
 
+// Student's 95 % interval of the mean of `count` values, t s / sqrt(n).
+double half_width_of_mean(double standard_deviation, int count) {
+  return critical_value(Critical::student_t, count) * standard_deviation / std::sqrt(count);
+}
+
 double loss(datasets::ObjectiveForm form, double z) {
   if (form == datasets::ObjectiveForm::smooth) return pseudo_huber(z);
   return std::abs(z) > 1.0 ? 1.0 : 0.0;
@@ -62,7 +67,8 @@ double mean_loss(datasets::ObjectiveForm form, std::span<const double> residuals
 double pseudo_huber(double z) { return std::sqrt(1.0 + 0.25 * z * z) - 1.0; }
 
 HalfWidths smooth_half_widths(const Band& replicates,
-                              std::span<const datasets::Trajectories> tracks) {
+                              std::span<const datasets::Trajectories> tracks,
+                              int left_out) {
   // The smallest error that is believed where a track file states none: far below any camera's.
   constexpr std::array<double, 3> least_error = {1.0e-5, 1.0e-5, 1.0e-4};  // m, m, rad
   HalfWidths widths;
@@ -77,23 +83,22 @@ HalfWidths smooth_half_widths(const Band& replicates,
         const double own = spread.standard_deviation * spread.standard_deviation;
         const double variance = 0.5 * (own + pooled_variance(replicates, frame, particle, q));
         const double floor = std::max(measurement_error(tracks, i, quantities[q]), least_error[q]);
-        widths.half_width[i][q] = std::max(
-            critical_value(Critical::student_t, spread.count) * std::sqrt(variance / spread.count),
-            floor);
+        widths.half_width[i][q] =
+            std::max(half_width_of_mean(std::sqrt(variance), spread.count + left_out), floor);
       }
     }
   }
   return widths;
 }
 
-HalfWidths agreement_half_widths(const Band& replicates) {
+HalfWidths agreement_half_widths(const Band& replicates, int left_out) {
   HalfWidths widths{.form = datasets::ObjectiveForm::requested};
   for (const auto& spreads : replicates.spreads) {
     auto& half_width = widths.half_width.emplace_back();
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       if (spreads[q].count < 2) continue;
-      half_width[q] = critical_value(Critical::student_t, spreads[q].count) *
-                      spreads[q].standard_deviation / std::sqrt(spreads[q].count);
+      half_width[q] =
+          half_width_of_mean(spreads[q].standard_deviation, spreads[q].count + left_out);
     }
   }
   return widths;

@@ -31,12 +31,14 @@ double pseudo_huber(double z);
 // the variance is shrunk half way towards that of neighbouring frames (five values tell little of a
 // variance), and h never falls below the error of the measurement (all replicates start alike, so
 // the thesis's interval is almost empty at first).
+// Of `left_out` more replicates the mean knows, the variance does not.
 HalfWidths smooth_half_widths(const Band& replicates,
-                              std::span<const datasets::Trajectories> tracks);
+                              std::span<const datasets::Trajectories> tracks,
+                              int left_out = 0);
 
 // Half widths of the requested form: eq 4.2 with Student's t, as the agreement has them. Where
 // replicates do not differ at all nothing is compared.
-HalfWidths agreement_half_widths(const Band& replicates);
+HalfWidths agreement_half_widths(const Band& replicates, int left_out = 0);
 
 // z of the text above, frame after frame, for every value that can be compared; never NaN. How many
 // there are depends on the replicates only.

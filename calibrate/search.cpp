@@ -303,8 +303,9 @@ const Emulator& Search::learn_emulator() {
 }
 
 std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const {
+  const PooledChance chance = pool_chance(ensemble_.comparison(), result_.evaluations, 0.0);
   const std::vector<Evaluation> candidates = compatible_with(
-      ensemble_.comparison(), best(), result_.evaluations, 0.0, bootstrap(), prior_);
+      ensemble_.comparison(), best(), result_.evaluations, chance, bootstrap(), prior_);
   std::vector<Evaluation> chosen = {best()};
   while (chosen.size() < count) {
     const Evaluation* farthest = nullptr;
@@ -421,7 +422,9 @@ std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance)
 // 6. What each parameter does on its own: from the best place to either end of its range. What
 // shows no more than other replicates and seeds could explain, the data do not identify.
 void Search::find_effects() {
-  const Evaluation base = space_.dimension() > 0 ? best() : Evaluation{};
+  if (space_.dimension() == 0) return;
+  const Evaluation base = best();
+  const PooledChance chance = pool_chance(ensemble_.comparison(), result_.evaluations, 0.0);
   for (const datasets::TunedParameter& tuned : space_.tuned()) {
     CalibratedParameter& parameter = calibrated(tuned.name);
     std::vector<ParameterSet> places(2, base.parameters);
@@ -431,7 +434,7 @@ void Search::find_effects() {
     for (const Evaluation& tried : search("effects", places)) {
       const double size = std::abs(tried.objective - base.objective);
       const double noise =
-          ensemble_.comparison().half_width_of_difference(base, tried, 0.0, bootstrap());
+          ensemble_.comparison().half_width_of_difference(base, tried, chance, bootstrap());
       shows = shows || size > noise;
       if (size < parameter.effect) continue;
       parameter.effect = size;
@@ -475,14 +478,13 @@ void Search::find_uncertainty() {
   }
 }
 
-// What the data allow at 95 %: the most that was allowed to any value of a profile, or to any
-// evaluation. Where nothing but the best is compatible, as the effects tell: on a parabola t S
-// grows with the root of the excess, and is twice what is allowed where an interval ends, so that
-// (t S)^2 / (4 excess) is allowed there.
+// What the data allow at 95 %: the most that was allowed to any compatible evaluation. Where
+// nothing but the best is compatible, as the effects tell: on a parabola t S grows with the root of
+// the excess, and is twice what is allowed where an interval ends, so that (t S)^2 / (4 excess) is
+// allowed there.
 double Search::allowed_by_data() const {
-  double allowed = std::max(
-      largest_allowed_excess(result_.profiles),
-      largest_allowed_excess(ensemble_.comparison(), space_, result_.evaluations, bootstrap()));
+  double allowed =
+      largest_allowed_excess(ensemble_.comparison(), space_, result_.evaluations, bootstrap());
   if (allowed > 0.0) return allowed;
   for (const CalibratedParameter& parameter : result_.calibrated) {
     const double noise = parameter.effect_noise;
@@ -519,7 +521,9 @@ void Search::learn_landscape() {
   for (std::size_t d = 0; d < indices.size(); ++d)
     calibrated(space_.tuned()[d].name).sobol_total = indices[d];
   const double allowed =
-      prior_.is_weighed() ? prior_.allowed() : largest_allowed_excess(result_.profiles);
+      prior_.is_weighed() ? prior_.allowed()
+                          : largest_allowed_excess(
+                                ensemble_.comparison(), space_, result_.evaluations, bootstrap());
   const auto draw = [&](const Surrogate& surrogate, const UnitPoint& start) {
     return draw_posterior(surrogate, start, allowed, options_.seed);
   };

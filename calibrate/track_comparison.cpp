@@ -2,32 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "calibrate/agreement.h"
-#include "calibrate/ensemble.h"
 #include "calibrate/hypothesis_tests.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-using Generator = boost::random::mt19937_64;
-
-// How often each of n things is drawn in n draws with replacement.
-std::vector<int> draw_weights(std::size_t n, Generator& generator) {
-  boost::random::uniform_int_distribution<std::size_t> which(0, n - 1);
-  std::vector<int> weights(n, 0);
-  for (std::size_t i = 0; i < n; ++i) ++weights[which(generator)];
-  return weights;
-}
-
-bool spread_over_two(const std::vector<int>& weights) {
-  return std::count_if(weights.begin(), weights.end(), [](int weight) { return weight > 0; }) > 1;
+// 2 near - far
+std::vector<double> mirrored(std::vector<double> near, std::span<const double> far) {
+  for (std::size_t i = 0; i < near.size(); ++i) near[i] = 2.0 * near[i] - far[i];
+  return near;
 }
 
 // Mean tracks over the completed runs of an evaluation, for many weightings of its seeds.
@@ -77,11 +66,19 @@ datasets::Trajectories mean_of_runs(std::span<const SimulatedRun> runs) {
 TrackComparison::TrackComparison(std::vector<datasets::Trajectories> replicates,
                                  datasets::ObjectiveForm form)
     : replicates_(std::move(replicates)) {
+  const auto widths_of = [form](std::span<const datasets::Trajectories> tracks, int left_out) {
+    return form == datasets::ObjectiveForm::smooth
+               ? smooth_half_widths(measure(tracks), tracks, left_out)
+               : agreement_half_widths(measure(tracks), left_out);
+  };
   target_.replicates = measure(replicates_);
   target_.mean = mean_track(target_.replicates);
-  target_.widths = form == datasets::ObjectiveForm::smooth
-                       ? smooth_half_widths(target_.replicates, replicates_)
-                       : agreement_half_widths(target_.replicates);
+  target_.widths = widths_of(replicates_, 0);
+  for (std::size_t r = 0; r < replicates_.size(); ++r) {
+    std::vector<datasets::Trajectories> others = replicates_;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(r));
+    widths_without_.push_back(others.size() < 2 ? target_.widths : widths_of(others, 1));
+  }
 }
 
 double TrackComparison::objective(std::span<const SimulatedRun> runs) const {
@@ -124,32 +121,6 @@ RunScore TrackComparison::score_run(const SimulatedRun& run, std::size_t) const 
           agreement(target_.replicates, run.trajectories, Critical::student_t).percent};
 }
 
-std::vector<std::vector<double>> TrackComparison::draw_objectives(
-    std::span<const Evaluation> evaluations, const BootstrapOptions& options) const {
-  const WeightedMeans replicate_means(replicates_);
-  const std::vector<RunMeans> run_means(evaluations.begin(), evaluations.end());
-  const std::vector<std::uint64_t> seeds = make_seeds(options.seed, "bootstrap", options.draws);
-  std::vector<std::vector<double>> drawn(static_cast<std::size_t>(options.draws));
-  parallel_for(options.draws, options.jobs, [&](int draw) {
-    Generator generator(seeds[static_cast<std::size_t>(draw)]);
-    // A draw of one replicate only has no spread left in it; it is drawn again.
-    std::vector<int> replicate_weights;
-    do {
-      replicate_weights = draw_weights(replicates_.size(), generator);
-    } while (!spread_over_two(replicate_weights));
-    const datasets::Trajectories measured = replicate_means.mean(replicate_weights);
-    // The same draw for all evaluations: they share their replicates and their seeds
-    const std::vector<int> run_weights = draw_weights(evaluations.front().runs.size(), generator);
-    for (const RunMeans& runs : run_means) {
-      const auto mean = runs.mean(run_weights);
-      drawn[static_cast<std::size_t>(draw)].push_back(
-          mean ? calibrate::objective(measured, target_.widths, *mean)
-               : objective_of_rest(measured, target_.widths));
-    }
-  });
-  return drawn;
-}
-
 std::unique_ptr<Comparison> TrackComparison::with_replicates(
     std::span<const SimulatedRun> runs) const {
   std::vector<datasets::Trajectories> tracks = completed_tracks(runs);
@@ -161,14 +132,27 @@ std::unique_ptr<Comparison> TrackComparison::with_form(datasets::ObjectiveForm f
   return std::make_unique<TrackComparison>(replicates_, form);
 }
 
-// D of the text in the header: the objective of one model's mean as if the other's were measured.
-// What the seeds add to it is taken off by the jackknife's estimate of bias,
+// Excess of the second model and D of the text in the header, [L(z2) - L(z1)] + [L(2 z1 - z2) -
+// L(z1)], z being residuals: H (p2 - p1)^2 on a parabola of curvature H.
+double TrackComparison::second_difference(const HalfWidths& widths,
+                                          const datasets::Trajectories& first,
+                                          const datasets::Trajectories& second) const {
+  const std::vector<double> near = calibrate::residuals(target_.mean, widths, first);
+  const std::vector<double> far = calibrate::residuals(target_.mean, widths, second);
+  return loss(far) + loss(mirrored(near, far)) - 2.0 * loss(near);
+}
+
+// D of the text in the header, L(2 z1 - z2) - L(z1), z being the residuals of the two models. What
+// the seeds add to it is taken off by the jackknife's estimate of bias,
 //   D - (n - 1)(mean of delete-one values - D),  Quenouille (1956).
 double TrackComparison::distance(const Evaluation& first, const Evaluation& second) const {
   const RunMeans first_means(first), second_means(second);
   const auto without = [&](const std::vector<int>& weights) {
-    const auto from = first_means.mean(weights), to = second_means.mean(weights);
-    return from && to ? calibrate::objective(*from, target_.widths, *to) : 0.0;
+    const auto one = first_means.mean(weights), other = second_means.mean(weights);
+    if (!one || !other) return 0.0;
+    const std::vector<double> near = calibrate::residuals(target_.mean, target_.widths, *one);
+    const std::vector<double> far = calibrate::residuals(target_.mean, target_.widths, *other);
+    return loss(mirrored(near, far)) - loss(near);
   };
   const std::size_t n = first.runs.size();
   std::vector<int> weights(n, 1);
@@ -201,20 +185,61 @@ double TrackComparison::seed_deviation(const Evaluation& first, const Evaluation
   return jackknife_error(values);
 }
 
+// With d_r(h) what the difference changes by when replicate r leaves the mean that models are
+// compared with, h being half widths, h_r those of the other replicates alone, and H(h) what
+// second_difference() gives,
+//   (n - 1)/n sum of d_r(h)^2  and  (n - 1)/n sum of (d_r(h_r) H(h)/H(h_r))^2:
+// objectives grow with 1/h^2, and so does H.
+ReplicateVariance TrackComparison::replicate_variance(const Evaluation& first,
+                                                      const Evaluation& second) const {
+  const datasets::Trajectories near = mean_of_runs(first.runs), far = mean_of_runs(second.runs);
+  const auto objective_of = [](const datasets::Trajectories& measured,
+                               const HalfWidths& widths,
+                               const datasets::Trajectories& model) {
+    return model.poses.empty() ? objective_of_rest(measured, widths)
+                               : calibrate::objective(measured, widths, model);
+  };
+  const auto scale_of = [&](const HalfWidths& widths) {
+    return near.poses.empty() || far.poses.empty() ? 0.0 : second_difference(widths, near, far);
+  };
+  const auto n = static_cast<double>(replicates_.size());
+  const double scale = scale_of(target_.widths);
+  const WeightedMeans means(replicates_);
+  std::vector<int> weights(replicates_.size(), 1);
+  ReplicateVariance variance;
+  for (std::size_t r = 0; r < replicates_.size(); ++r) {
+    weights[r] = 0;
+    const datasets::Trajectories others = means.mean(weights);
+    weights[r] = 1;
+    const auto change_by = [&](const HalfWidths& widths) {
+      return objective_of(target_.mean, widths, near) - objective_of(target_.mean, widths, far) -
+             objective_of(others, widths, near) + objective_of(others, widths, far);
+    };
+    const double by_own = change_by(target_.widths);
+    // Where the valley has no curvature there is nothing to scale by
+    const double scale_of_others = scale_of(widths_without_[r]);
+    const double by_others = scale > 0.0 && scale_of_others > 0.0
+                                 ? change_by(widths_without_[r]) * scale / scale_of_others
+                                 : by_own;
+    variance.by_own_widths += (n - 1.0) / n * by_own * by_own;
+    variance.by_widths_of_others += (n - 1.0) / n * by_others * by_others;
+  }
+  return variance;
+}
+
 double TrackComparison::half_width_of_difference(const Evaluation& first,
                                                  const Evaluation& second,
-                                                 double roughness,
-                                                 const BootstrapOptions& options) const {
+                                                 const PooledChance& chance,
+                                                 const BootstrapOptions&) const {
   const auto n = static_cast<double>(replicates_.size());
   const auto m = static_cast<double>(first.runs.size());
-  const double all = std::pow(difference_deviation(*this, first, second, options), 2);
+  const double of_replicates =
+      chance.cost_of_own_widths * replicate_variance(first, second).by_own_widths;
   const double of_seeds = std::pow(seed_deviation(first, second), 2);
-  // m seeds drawn from m vary too little likewise
-  const double of_replicates = std::max(0.0, all - (m - 1.0) / m * of_seeds);
   const double of_roughness =
-      std::pow(roughness * std::hypot(first.objective, second.objective), 2);
+      std::pow(chance.roughness * std::hypot(first.objective, second.objective), 2);
   const std::array<VarianceComponent, 3> components = {
-      {{n / (n - 1.0) * of_replicates, n - 1.0},
+      {{of_replicates, n - 1.0},
        {of_seeds, std::max(1.0, m - 1.0)},
        {of_roughness, std::numeric_limits<double>::infinity()}}};
   return half_width_95(components);
@@ -222,11 +247,11 @@ double TrackComparison::half_width_of_difference(const Evaluation& first,
 
 double TrackComparison::allowed_excess(const Evaluation& best,
                                        const Evaluation& evaluation,
-                                       double roughness,
+                                       const PooledChance& chance,
                                        const BootstrapOptions& options) const {
   return std::max(
       0.0,
-      half_width_of_difference(best, evaluation, roughness, options) - distance(evaluation, best));
+      half_width_of_difference(best, evaluation, chance, options) - distance(best, evaluation));
 }
 
 }  // namespace graintruth::calibrate

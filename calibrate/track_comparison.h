@@ -30,36 +30,41 @@ class TrackComparison final : public Comparison {
   double loss(std::span<const double> residuals) const override;
   double noise(std::span<const SimulatedRun> runs) const override;
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
-  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
-                                                   const BootstrapOptions& options) const override;
-  // The bootstrap's variance, the part of the seeds taken from it by their jackknife: replicates
-  // have n - 1 degrees of freedom, and their part is multiplied by n / (n - 1) because n replicates
-  // drawn from n vary too little (Efron and Tibshirani 1993, section 5.3; Hesterberg 2015); m seeds
-  // have m - 1.
+  // By the jackknife (Efron and Stein 1981). Half widths that come from the same few replicates are
+  // small just where these happen to lie close together, so that they seem to vary less than they
+  // do, as a mean with estimated weights does (Meier 1953).
+  ReplicateVariance replicate_variance(const Evaluation& first,
+                                       const Evaluation& second) const override;
+  // From the replicates' part, by own widths times their cost, with n - 1 degrees of freedom, and
+  // the seeds' jackknife, with m - 1.
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
-                                  double roughness,
+                                  const PooledChance& chance,
                                   const BootstrapOptions& options) const override;
   // If `evaluation` had the true parameters, its excess over another model would be -D on average,
-  // D being the excess that the other has when `evaluation` itself is what was measured, and would
-  // vary with replicates and seeds by a standard deviation S: it is allowed up to t S - D
-  // (Cox's test of separate models, 1962), with the roughness of either objective added to S. Where
-  // the objective is a parabola of curvature H and replicates move its minimum by s, S = H s |p -
-  // p_best| and D = H (p - p_best)^2 / 2, so that |p - p_best| <= t s is left.
+  // D being the excess that the other has when measured numbers lie about `evaluation` as they lie
+  // about the other now, and would vary with replicates and seeds by a standard deviation S: it is
+  // allowed up to t S - D (Cox's test of separate models, 1962), with the roughness of either
+  // objective added to S. Where the objective is a parabola of curvature H and replicates move its
+  // minimum by s, S = H s |p - p_best| and D = H (p - p_best)^2 / 2, so that |p - p_best| <= t s is
+  // left.
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
-                        double roughness,
+                        const PooledChance& chance,
                         const BootstrapOptions& options) const override;
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun> runs) const override;
   std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm form) const override;
   datasets::ObjectiveForm form() const override { return target_.widths.form; }
 
  private:
+  double second_difference(const HalfWidths& widths,
+                           const datasets::Trajectories& first,
+                           const datasets::Trajectories& second) const;
   double distance(const Evaluation& first, const Evaluation& second) const;
   double seed_deviation(const Evaluation& first, const Evaluation& second) const;
-
   std::vector<datasets::Trajectories> replicates_;
   Target target_;
+  std::vector<HalfWidths> widths_without_;  // each replicate
 };
 
 // The trajectories of the completed runs.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/score.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -17,29 +19,27 @@ bool is_hopeless(const Evaluation& evaluation, const Evaluation& best) {
 struct End {
   std::size_t dimension;
   double direction;  // -1 towards the lower bound, +1 towards the upper
-  double tolerance;  // to which it is wanted
+  double tolerance;  // to which it is wanted at most
   double limit;      // where it ends at the latest: the bound, or where the prior alone rules out
   bool ruled_out;    // the latter
   std::vector<std::pair<double, std::size_t>> tried;  // value, number of the evaluation
-  double allowed = 0.0;  // the largest excess allowed to a compatible value, on either side
-  double inside = 0.0;   // outermost compatible value
+  double best = 0.0;                                  // value of the best evaluation
+  double inside = 0.0;                                // outermost compatible value
   double outside = 0.0;  // innermost incompatible one beyond it that was tried; else the limit
   bool bracketed = false;
 
   bool is_beyond(double a, double b) const { return (a - b) * direction > 0.0; }
-  bool is_known() const { return std::abs(outside - inside) <= tolerance; }
+  // To a share of its distance from the best.
+  bool is_known() const {
+    constexpr double share = 0.25, least = 0.003;
+    const double wanted = std::max(least, share * std::abs(outside - best));
+    return std::abs(outside - inside) <= std::min(tolerance, wanted);
+  }
   // Steps that double until the end is bracketed, then bisection.
   double next(double first_step) const {
     if (bracketed) return 0.5 * (inside + outside);
     const double step = first_step * std::pow(2.0, static_cast<double>(tried.size()));
     return std::clamp(inside + direction * step, 0.0, 1.0);
-  }
-  // The end lies between the last two values; where nothing incompatible was found, the interval
-  // is open and reaches the bound. Beside a narrow prior an emulator is too coarse to put the other
-  // parameters at their very best, so that intervals would come out too narrow: the outer value.
-  double end() const {
-    if (!bracketed) return limit;
-    return ruled_out ? outside : 0.5 * (inside + outside);
   }
 };
 
@@ -85,7 +85,7 @@ struct Standing {
 
 Standing compare_all(const Comparison& comparison,
                      std::span<const Evaluation> all,
-                     double roughness,
+                     const PooledChance& chance,
                      const BootstrapOptions& options,
                      const Prior& prior) {
   constexpr double erratic = 3.0;  // times the noise of the lowest
@@ -96,7 +96,7 @@ Standing compare_all(const Comparison& comparison,
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_near = i != standing.best && (prior.is_weighed() || !is_hopeless(all[i], best));
     standing.excess.push_back(is_near
-                                  ? excess_over(comparison, best, all[i], roughness, options, prior)
+                                  ? excess_over(comparison, best, all[i], chance, options, prior)
                                   : Excess{all[i].objective - best.objective, 0.0});
     standing.is_erratic.push_back(comparison.noise(all[i].runs) > erratic * usual_noise);
   }
@@ -107,18 +107,16 @@ void bracket(const ParameterSpace& space,
              std::span<const Evaluation> all,
              const Standing& standing,
              End& end) {
-  const auto is_compatible = [&](std::size_t i) {
-    return standing.excess[i].objective <= std::max(end.allowed, standing.excess[i].allowed);
-  };
-  end.inside = space.to_unit(all[standing.best].parameters)[end.dimension];
+  end.best = space.to_unit(all[standing.best].parameters)[end.dimension];
+  end.inside = end.best;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const double value = space.to_unit(all[i].parameters)[end.dimension];
-    if (is_compatible(i) && end.is_beyond(value, end.inside)) end.inside = value;
+    if (standing.excess[i].is_compatible() && end.is_beyond(value, end.inside)) end.inside = value;
   }
   end.outside = end.limit;
   end.bracketed = end.ruled_out && end.is_beyond(end.limit, end.inside);
   for (const auto& [value, evaluation] : end.tried) {
-    if (is_compatible(evaluation) || !end.is_beyond(value, end.inside)) continue;
+    if (standing.excess[evaluation].is_compatible() || !end.is_beyond(value, end.inside)) continue;
     if (end.bracketed && end.is_beyond(value, end.outside)) continue;
     end.outside = value;
     end.bracketed = true;
@@ -192,49 +190,54 @@ const Evaluation& best_of(std::span<const Evaluation> evaluations, const Prior& 
       });
 }
 
+PooledChance pool_chance(const Comparison& comparison,
+                         std::span<const Evaluation> evaluations,
+                         double roughness) {
+  const Evaluation& best = best_of(evaluations);
+  std::vector<double> costs;
+  for (const Evaluation& evaluation : evaluations) {
+    if (is_hopeless(evaluation, best)) continue;
+    const ReplicateVariance variance = comparison.replicate_variance(best, evaluation);
+    if (variance.by_own_widths > 0.0)
+      costs.push_back(variance.by_widths_of_others / variance.by_own_widths);
+  }
+  return {roughness, costs.empty() ? 1.0 : median(costs)};
+}
+
 Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
-                   double roughness,
+                   const PooledChance& chance,
                    const BootstrapOptions& options,
                    const Prior& prior) {
   return {prior.total(evaluation) - prior.total(reference),
-          prior.is_weighed()
-              ? prior.allowed()
-              : comparison.allowed_excess(reference, evaluation, roughness, options)};
+          prior.is_weighed() ? prior.allowed()
+                             : comparison.allowed_excess(reference, evaluation, chance, options)};
 }
 
 double largest_allowed_excess(const Comparison& comparison,
                               const ParameterSpace& space,
                               std::span<const Evaluation> evaluations,
                               const BootstrapOptions& options) {
-  const double roughness = fit_surrogate(comparison, evaluations, space).roughness();
+  const PooledChance chance = pool_chance(
+      comparison, evaluations, fit_surrogate(comparison, evaluations, space).roughness());
   double largest = 0.0;
-  const Standing standing = compare_all(comparison, evaluations, roughness, options, {});
+  const Standing standing = compare_all(comparison, evaluations, chance, options, {});
   for (std::size_t i = 0; i < evaluations.size(); ++i)
     largest = std::max(largest, standing.allowed_by(i));
-  return largest;
-}
-
-double largest_allowed_excess(std::span<const Profile> profiles) {
-  double largest = 0.0;
-  for (const Profile& profile : profiles) {
-    for (const ProfilePoint& point : profile.points)
-      largest = std::max(largest, point.excess.allowed);
-  }
   return largest;
 }
 
 std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
-                                        double roughness,
+                                        const PooledChance& chance,
                                         const BootstrapOptions& options,
                                         const Prior& prior) {
   std::vector<Evaluation> compatible;
   for (const Evaluation& evaluation : evaluations) {
     if (!prior.is_weighed() && is_hopeless(evaluation, reference)) continue;
-    if (excess_over(comparison, reference, evaluation, roughness, options, prior).is_compatible())
+    if (excess_over(comparison, reference, evaluation, chance, options, prior).is_compatible())
       compatible.push_back(evaluation);
   }
   return compatible;
@@ -308,7 +311,8 @@ std::vector<Profile> profile_parameters(
     std::span<const Evaluation> evaluations,
     const std::function<std::vector<Evaluation>(const std::vector<ParameterSet>&)>& evaluate,
     const ProfileOptions& options) {
-  const double roughness = fit_surrogate(comparison, evaluations, space).roughness();
+  const PooledChance chance = pool_chance(
+      comparison, evaluations, fit_surrogate(comparison, evaluations, space).roughness());
   std::vector<Evaluation> all(evaluations.begin(), evaluations.end());
   const auto is_left_out = [&](std::size_t d) {
     const auto& names = options.left_out;
@@ -322,18 +326,7 @@ std::vector<Profile> profile_parameters(
   }
   Standing standing;
   const auto look = [&] {
-    standing = compare_all(comparison, all, roughness, options.bootstrap, options.prior);
-    // What is allowed is largest where the interval of a parabola ends; nearer to the best and
-    // further out t S - D is less (see TrackComparison). The largest that a compatible value was
-    // allowed counts for all.
-    for (End& end : ends) {
-      end.allowed = 0.0;
-      for (const End& other : ends) {
-        if (other.dimension != end.dimension) continue;
-        for (const auto& [value, evaluation] : other.tried)
-          end.allowed = std::max(end.allowed, standing.allowed_by(evaluation));
-      }
-    }
+    standing = compare_all(comparison, all, chance, options.bootstrap, options.prior);
     for (End& end : ends) bracket(space, all, standing, end);
   };
 
@@ -373,7 +366,7 @@ std::vector<Profile> profile_parameters(
     for (const End& end : ends) {
       if (end.dimension != d) continue;
       UnitPoint point = space.to_unit(best.parameters);
-      point[d] = end.end();
+      point[d] = end.outside;
       const double value = value_of(space.from_unit(point), profile.name);
       (end.direction < 0.0 ? profile.interval.lower : profile.interval.upper) = value;
       (end.direction < 0.0 ? profile.open_below : profile.open_above) = !end.bracketed;
@@ -381,7 +374,7 @@ std::vector<Profile> profile_parameters(
         if (evaluation == standing.best) continue;
         profile.points.push_back({value_of(all[evaluation].parameters, profile.name),
                                   all[evaluation].objective,
-                                  {standing.excess[evaluation].objective, end.allowed}});
+                                  standing.excess[evaluation]});
       }
     }
     std::sort(profile.points.begin(), profile.points.end(), [](const auto& a, const auto& b) {

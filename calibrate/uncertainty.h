@@ -27,10 +27,17 @@ struct Excess {
   double allowed = 0.0;
   bool is_compatible() const { return objective <= allowed; }
 };
+// Of all evaluations. The cost of own widths is the median over those that are near enough to the
+// best to be compared with it: one particle that did something else in one replicate may rule a
+// single pair.
+PooledChance pool_chance(const Comparison& comparison,
+                         std::span<const Evaluation> evaluations,
+                         double roughness);
+
 Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
-                   double roughness,
+                   const PooledChance& chance,
                    const BootstrapOptions& options,
                    const Prior& prior = {});
 
@@ -38,7 +45,7 @@ Excess excess_over(const Comparison& comparison,
 std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
-                                        double roughness,
+                                        const PooledChance& chance,
                                         const BootstrapOptions& options,
                                         const Prior& prior = {});
 
@@ -56,8 +63,9 @@ struct ProfilePoint {
 };
 
 // The 95 % interval of a parameter: the values from which the best cannot be told apart (the
-// inversion of a test), from the
-// outermost evaluation that is compatible, each end is found by bisection on real simulations.
+// inversion of a test). From the outermost evaluation that is compatible, each end is sought by
+// bisection on real simulations; it is the innermost value beyond that was shown to be
+// incompatible.
 struct Profile {
   std::string name;
   double best = 0.0;  // its value at the best evaluation
@@ -66,9 +74,6 @@ struct Profile {
   bool open_above = false;
   std::vector<ProfilePoint> points;  // rising in value; the reference among them
 };
-
-// The most that was allowed to any value of them; 0 where nothing was tried.
-double largest_allowed_excess(std::span<const Profile> profiles);
 
 struct ProfileOptions {
   BootstrapOptions bootstrap;

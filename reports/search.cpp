@@ -182,14 +182,19 @@ Figure profile_figure(const datasets::Table& table) {
   // In units of what is allowed; where nothing is allowed anywhere, as it is.
   const bool has_limit =
       std::any_of(allowed.begin(), allowed.end(), [](double a) { return a > 0.0; });
+  // What is far off may be allowed nothing at all: in units of the most that its parameter was.
+  std::map<std::string, double> most_allowed;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    most_allowed[names[i]] = std::fmax(most_allowed[names[i]], allowed[i]);
   std::map<std::string, Profile> profiles;
   double lowest = values.empty() ? 0.0 : values.front();
   double highest = lowest;
   for (std::size_t i = 0; i < names.size(); ++i) {
     profiles[names[i]].values.push_back(values[i]);
     // Where nothing is allowed only the best itself has a place beside the others.
+    const double unit = allowed[i] > 0.0 ? allowed[i] : most_allowed[names[i]];
     profiles[names[i]].excesses.push_back(excess[i] == 0.0 || !has_limit ? excess[i]
-                                          : allowed[i] > 0.0             ? excess[i] / allowed[i]
+                                          : unit > 0.0                   ? excess[i] / unit
                                                                          : std::nan(""));
     lowest = std::fmin(lowest, values[i]);
     highest = std::fmax(highest, values[i]);

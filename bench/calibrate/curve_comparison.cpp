@@ -1,5 +1,6 @@
 #include "bench/calibrate/curve_comparison.h"
 
+#include <array>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
@@ -97,15 +98,17 @@ double CurveComparison::significance() const {
 
 double CurveComparison::half_width_of_difference(const Evaluation& first,
                                                  const Evaluation& second,
-                                                 double roughness,
+                                                 const calibrate::PooledChance& chance,
                                                  const calibrate::BootstrapOptions& options) const {
-  return significance() * std::hypot(difference_deviation(*this, first, second, options),
-                                     roughness * std::hypot(first.objective, second.objective));
+  const std::array<Evaluation, 2> both = {first, second};
+  return significance() *
+         std::hypot(calibrate::difference_deviation(draw_objectives(both, options)),
+                    chance.roughness * std::hypot(first.objective, second.objective));
 }
 
 double CurveComparison::allowed_excess(const Evaluation& best,
                                        const Evaluation&,
-                                       double,
+                                       const calibrate::PooledChance&,
                                        const calibrate::BootstrapOptions&) const {
   const boost::math::fisher_f distribution(tuned_, freedom());
   return best.objective * tuned_ / freedom() * boost::math::quantile(distribution, 0.95);

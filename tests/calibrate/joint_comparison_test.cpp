@@ -82,12 +82,11 @@ TEST(JointComparison, OfOneIsThatOne) {
   for (const double friction : {0.2, 0.21, 0.25, 0.4}) {
     const Evaluation other = Pair::at({friction, 0.3, 0.7});
     EXPECT_DOUBLE_EQ(joint.objective(other.runs), alone->objective(other.runs));
-    // Drawn by other numbers: 300 draws know a deviation to some 4 %
-    const double half_width = alone->half_width_of_difference(best, other, 0.0, {});
-    EXPECT_NEAR(joint.half_width_of_difference(best, other, 0.0, {}), half_width, 0.2 * half_width);
-    EXPECT_NEAR(joint.allowed_excess(best, other, 0.0, {}),
-                alone->allowed_excess(best, other, 0.0, {}),
-                0.3 * half_width);
+    EXPECT_DOUBLE_EQ(joint.half_width_of_difference(best, other, {}, {}),
+                     alone->half_width_of_difference(best, other, {}, {}));
+    EXPECT_NEAR(joint.allowed_excess(best, other, {}, {}),
+                alone->allowed_excess(best, other, {}, {}),
+                1e-12);
   }
 }
 
@@ -103,16 +102,15 @@ TEST(JointComparison, TellsMoreApartThanEachAlone) {
     return evaluation;
   };
   const Evaluation best = Pair::at({0.2, 0.3, 0.7}), other = Pair::at({0.215, 0.3, 0.7});
-  const double half_width = alone->half_width_of_difference(best, other, 0.0, {});
-  EXPECT_NEAR(four.half_width_of_difference(fourfold(best), fourfold(other), 0.0, {}),
-              2.0 * half_width,
-              0.3 * half_width);
+  const double half_width = alone->half_width_of_difference(best, other, {}, {});
+  EXPECT_DOUBLE_EQ(four.half_width_of_difference(fourfold(best), fourfold(other), {}, {}),
+                   2.0 * half_width);
   EXPECT_DOUBLE_EQ(four.objective(fourfold(other).runs), 4.0 * alone->objective(other.runs));
   // t S - D of one; 2 t S - 4 D of four
-  const double distance = half_width - alone->allowed_excess(best, other, 0.0, {});
-  EXPECT_NEAR(four.allowed_excess(fourfold(best), fourfold(other), 0.0, {}),
+  const double distance = half_width - alone->allowed_excess(best, other, {}, {});
+  EXPECT_NEAR(four.allowed_excess(fourfold(best), fourfold(other), {}, {}),
               std::max(0.0, 2.0 * half_width - 4.0 * distance),
-              0.5 * half_width);
+              1e-12);
 }
 
 TEST(JointComparison, HasAFormWhereAllHaveIt) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <cmath>
@@ -66,7 +67,7 @@ class ParabolaComparison final : public Comparison {
     return {objective({&run, 1}), std::nan("")};
   }
   std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
-                                                   const BootstrapOptions& options) const override {
+                                                   const BootstrapOptions& options) const {
     boost::random::mt19937_64 generator(options.seed);
     boost::random::normal_distribution<double> normal;
     std::vector<std::vector<double>> drawn;
@@ -82,20 +83,21 @@ class ParabolaComparison final : public Comparison {
   }
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
-                                  double roughness,
+                                  const PooledChance& chance,
                                   const BootstrapOptions& options) const override {
-    return t * std::hypot(difference_deviation(*this, first, second, options),
-                          roughness * std::hypot(first.objective, second.objective));
+    const std::array<Evaluation, 2> both = {first, second};
+    return t * std::hypot(difference_deviation(draw_objectives(both, options)),
+                          chance.roughness * std::hypot(first.objective, second.objective));
   }
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
-                        double roughness,
+                        const PooledChance& chance,
                         const BootstrapOptions& options) const override {
     Parabola between = parabola_;
     between.b_particle = evaluation.parameters.friction_particle_particle;
     between.b_wall = evaluation.parameters.friction_particle_wall;
     const double distance = between(best.parameters) - between(evaluation.parameters);
-    return std::max(0.0, half_width_of_difference(best, evaluation, roughness, options) - distance);
+    return std::max(0.0, half_width_of_difference(best, evaluation, chance, options) - distance);
   }
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun>) const override {
     return nullptr;

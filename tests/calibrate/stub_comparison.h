@@ -12,19 +12,15 @@ class StubComparison : public Comparison {
   double loss(std::span<const double>) const override { return 0.0; }
   double noise(std::span<const SimulatedRun>) const override { return 0.0; }
   RunScore score_run(const SimulatedRun&, std::size_t) const override { return {}; }
-  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation>,
-                                                   const BootstrapOptions&) const override {
-    return {};
-  }
   double half_width_of_difference(const Evaluation&,
                                   const Evaluation&,
-                                  double,
+                                  const PooledChance&,
                                   const BootstrapOptions&) const override {
     return 0.0;
   }
   double allowed_excess(const Evaluation&,
                         const Evaluation&,
-                        double,
+                        const PooledChance&,
                         const BootstrapOptions&) const override {
     return 0.0;
   }
