@@ -16,10 +16,10 @@ using datasets::Table;
 // How an interval came about. `priors`: any parameter has one.
 const char* method_of(const CalibratedParameter& parameter, bool priors) {
   if (!priors)
-    return "values not significantly worse than the best, by bootstrap over replicates and seeds";
+    return "values not worse than the best by more than other replicates and seeds could explain";
   if (parameter.prior && !parameter.shows_effect) return "the prior alone";
-  return "values not significantly worse than the best with the priors counted, by bootstrap over "
-         "replicates and seeds";
+  return "values not worse than the best, the priors counted, by more than other replicates and "
+         "seeds could explain";
 }
 
 Json parameter_json(const CalibratedParameter& parameter, bool priors) {

@@ -220,7 +220,7 @@ Figure profile_figure(const datasets::Table& table) {
                     "dashed line cannot be told apart from the best: they are the 95 % interval."
                   : "How much worse the objective is than the best, one parameter at a time. Other "
                     "replicates and seeds explain none of these differences, so each interval ends "
-                    "between the best value and worse ones that were tried beside it.",
+                    "at the nearest worse value that was tried.",
           .height = 400,
           .layout = {{"xaxis", axis("Parameter value (dimensionless)")},
                      {"yaxis",
