@@ -182,7 +182,8 @@ Figure profile_figure(const datasets::Table& table) {
   // In units of what is allowed; where nothing is allowed anywhere, as it is.
   const bool has_limit =
       std::any_of(allowed.begin(), allowed.end(), [](double a) { return a > 0.0; });
-  // What is far off may be allowed nothing at all: in units of the most that its parameter was.
+  // What is far off is allowed nothing at all: above the limit, by its excess in units of the most
+  // that its parameter was allowed.
   std::map<std::string, double> most_allowed;
   for (std::size_t i = 0; i < names.size(); ++i)
     most_allowed[names[i]] = std::fmax(most_allowed[names[i]], allowed[i]);
@@ -192,9 +193,10 @@ Figure profile_figure(const datasets::Table& table) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     profiles[names[i]].values.push_back(values[i]);
     // Where nothing is allowed only the best itself has a place beside the others.
-    const double unit = allowed[i] > 0.0 ? allowed[i] : most_allowed[names[i]];
+    const double most = most_allowed[names[i]];
     profiles[names[i]].excesses.push_back(excess[i] == 0.0 || !has_limit ? excess[i]
-                                          : unit > 0.0                   ? excess[i] / unit
+                                          : allowed[i] > 0.0             ? excess[i] / allowed[i]
+                                          : most > 0.0                   ? 1.0 + excess[i] / most
                                                                          : std::nan(""));
     lowest = std::fmin(lowest, values[i]);
     highest = std::fmax(highest, values[i]);
@@ -216,8 +218,9 @@ Figure profile_figure(const datasets::Table& table) {
           .caption =
               has_limit
                   ? "How much worse the objective is than the best, one parameter at a time, in "
-                    "units of what other replicates and seeds could explain. Values below the "
-                    "dashed line cannot be told apart from the best: they are the 95 % interval."
+                    "units of what other replicates and seeds could explain (1 more where that is "
+                    "nothing). Values below the dashed line cannot be told apart from the best: "
+                    "they are the 95 % interval."
                   : "How much worse the objective is than the best, one parameter at a time. Other "
                     "replicates and seeds explain none of these differences, so each interval ends "
                     "at the nearest worse value that was tried.",
