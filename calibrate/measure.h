@@ -55,7 +55,7 @@ Band measure(std::span<const datasets::Trajectories> repeats);
 // The mean track over repeats: what a Band holds as means, as trajectories.
 datasets::Trajectories mean_track(const Band& band);
 
-// Mean tracks of the same repeats under many weightings, as a bootstrap needs them: what does not
+// Mean tracks of the same repeats under many weightings, as a jackknife needs them: what does not
 // depend on the weights (sines and cosines) is computed once.
 class WeightedMeans {
  public:

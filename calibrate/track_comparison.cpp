@@ -77,7 +77,8 @@ TrackComparison::TrackComparison(std::vector<datasets::Trajectories> replicates,
   for (std::size_t r = 0; r < replicates_.size(); ++r) {
     std::vector<datasets::Trajectories> others = replicates_;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(r));
-    widths_without_.push_back(others.size() < 2 ? target_.widths : widths_of(others, 1));
+    without_.push_back(
+        {mean_track(measure(others)), others.size() < 2 ? target_.widths : widths_of(others, 1)});
   }
 }
 
@@ -204,22 +205,17 @@ ReplicateVariance TrackComparison::replicate_variance(const Evaluation& first,
   };
   const auto n = static_cast<double>(replicates_.size());
   const double scale = scale_of(target_.widths);
-  const WeightedMeans means(replicates_);
-  std::vector<int> weights(replicates_.size(), 1);
   ReplicateVariance variance;
-  for (std::size_t r = 0; r < replicates_.size(); ++r) {
-    weights[r] = 0;
-    const datasets::Trajectories others = means.mean(weights);
-    weights[r] = 1;
+  for (const auto& [others, widths_of_others] : without_) {
     const auto change_by = [&](const HalfWidths& widths) {
       return objective_of(target_.mean, widths, near) - objective_of(target_.mean, widths, far) -
              objective_of(others, widths, near) + objective_of(others, widths, far);
     };
     const double by_own = change_by(target_.widths);
     // Where the valley has no curvature there is nothing to scale by
-    const double scale_of_others = scale_of(widths_without_[r]);
+    const double scale_of_others = scale_of(widths_of_others);
     const double by_others = scale > 0.0 && scale_of_others > 0.0
-                                 ? change_by(widths_without_[r]) * scale / scale_of_others
+                                 ? change_by(widths_of_others) * scale / scale_of_others
                                  : by_own;
     variance.by_own_widths += (n - 1.0) / n * by_own * by_own;
     variance.by_widths_of_others += (n - 1.0) / n * by_others * by_others;

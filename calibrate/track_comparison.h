@@ -62,9 +62,15 @@ class TrackComparison final : public Comparison {
                            const datasets::Trajectories& second) const;
   double distance(const Evaluation& first, const Evaluation& second) const;
   double seed_deviation(const Evaluation& first, const Evaluation& second) const;
+
+  // What is left of the target when one replicate is.
+  struct Others {
+    datasets::Trajectories mean;
+    HalfWidths widths;
+  };
   std::vector<datasets::Trajectories> replicates_;
   Target target_;
-  std::vector<HalfWidths> widths_without_;  // each replicate
+  std::vector<Others> without_;  // each replicate
 };
 
 // The trajectories of the completed runs.

@@ -9,8 +9,8 @@ namespace graintruth::calibrate {
 
 namespace {
 
-// So much worse than the best that no bootstrap is needed to tell. Where few numbers are measured
-// the best may be 0, and a residual of one is nothing unusual: rho(1) = 0.12.
+// So much worse than the best that nothing needs to be drawn or left out to tell. Where few numbers
+// are measured the best may be 0, and a residual of one is nothing unusual: rho(1) = 0.12.
 bool is_hopeless(const Evaluation& evaluation, const Evaluation& best) {
   return evaluation.objective > 6.0 * best.objective + 0.12;
 }
