@@ -13,6 +13,7 @@
 #include "calibrate/joint_result_files.h"
 #include "calibrate/result_files.h"
 #include "datasets/joint_experiment.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

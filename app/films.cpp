@@ -13,6 +13,7 @@
 #include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/table.h"
 #include "tracking/body.h"
 #include "tracking/recording.h"

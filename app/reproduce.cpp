@@ -16,6 +16,7 @@
 #include "app/run_record.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 #include "reports/report.h"
 
 namespace graintruth::app {

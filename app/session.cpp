@@ -10,6 +10,7 @@
 #include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
 #include "reports/report.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

@@ -15,6 +15,7 @@
 #include "app/scene_povray.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

@@ -11,6 +11,7 @@
 #include "calibrate/prior.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/table.h"
 
 namespace graintruth::calibrate {

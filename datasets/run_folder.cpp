@@ -23,17 +23,6 @@ namespace {
                                std::strerror(error)));
 }
 
-// h = (h xor byte) * prime (Fowler, Noll and Vo); offset basis and prime of the 64-bit variant.
-constexpr std::uint64_t hash_basis = 0xcbf29ce484222325ULL;
-
-std::uint64_t hashed(std::uint64_t hash, std::string_view content) {
-  for (const char c : content) {
-    hash ^= static_cast<unsigned char>(c);
-    hash *= 0x100000001b3ULL;
-  }
-  return hash;
-}
-
 }  // namespace
 
 std::filesystem::path RunFolder::table(std::string_view name) const {
@@ -123,22 +112,6 @@ std::string read_whole(const std::filesystem::path& file) {
   std::ostringstream content;
   content << stream.rdbuf();
   return std::move(content).str();
-}
-
-std::string content_hash(std::string_view content) {
-  return fmt::format("{:016x}", hashed(hash_basis, content));
-}
-
-std::string file_hash(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("{}: the file cannot be opened.", file.string()));
-  std::uint64_t hash = hash_basis;
-  std::vector<char> piece(1 << 20);
-  while (stream.read(piece.data(), static_cast<std::streamsize>(piece.size())) ||
-         stream.gcount() > 0) {
-    hash = hashed(hash, {piece.data(), static_cast<std::size_t>(stream.gcount())});
-  }
-  return fmt::format("{:016x}", hash);
 }
 
 }  // namespace graintruth::datasets

@@ -56,11 +56,4 @@ void write_whole(const std::filesystem::path& file, std::string_view content);
 
 std::string read_whole(const std::filesystem::path& file);
 
-// 16 hexadecimal digits that change when the content does (FNV-1a, 64 bit): identifies, does not
-// protect.
-std::string content_hash(std::string_view content);
-
-// The same of a file, read piece by piece. Throws InputError when it cannot be opened.
-std::string file_hash(const std::filesystem::path& file);
-
 }  // namespace graintruth::datasets

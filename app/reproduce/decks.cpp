@@ -11,6 +11,7 @@
 #include "app/scene_picture.h"
 #include "app/scene_run.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

@@ -14,6 +14,7 @@
 #include "calibrate/bulk_measure.h"
 #include "calibrate/ensemble.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

@@ -23,6 +23,7 @@
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

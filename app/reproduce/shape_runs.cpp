@@ -10,6 +10,7 @@
 
 #include "calibrate/ensemble.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

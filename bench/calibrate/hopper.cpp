@@ -9,6 +9,7 @@
 
 #include "calibrate/dem_rig.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 
 namespace graintruth::bench {
 

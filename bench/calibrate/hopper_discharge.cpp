@@ -18,6 +18,7 @@
 #include "calibrate/optimiser.h"
 #include "calibrate/uncertainty.h"
 #include "datasets/run_folder.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/table.h"
 
 using namespace graintruth;

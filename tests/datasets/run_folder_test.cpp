@@ -29,17 +29,5 @@ TEST(OpenRunFolder, RefusesAPlaceWhereAFileStands) {
   EXPECT_THROW(open_run_folder(folder / "taken"), InputError);
 }
 
-TEST(ContentHash, IsFnv1aOf64Bits) {
-  // Published values of the hash for "" and "a".
-  EXPECT_EQ(content_hash(""), "cbf29ce484222325");
-  EXPECT_EQ(content_hash("a"), "af63dc4c8601ec8c");
-}
-
-TEST(FileHash, IsThatOfTheContent) {
-  const TemporaryFolder folder;
-  const std::string content(3 << 20, 'g');
-  EXPECT_EQ(file_hash(folder.write("big", content)), content_hash(content));
-}
-
 }  // namespace
 }  // namespace graintruth::datasets
