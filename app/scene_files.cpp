@@ -21,11 +21,11 @@ namespace {
 using datasets::number_text;
 using Json = nlohmann::ordered_json;
 
-double time_of(const SceneRun& run, const SceneFrame& frame) {
+double time_of(const calibrate::SceneRun& run, const calibrate::SceneFrame& frame) {
   return frame.state.time - run.event_time;
 }
 
-void write_spatial_tracks(const std::filesystem::path& path, const SceneRun& run) {
+void write_spatial_tracks(const std::filesystem::path& path, const calibrate::SceneRun& run) {
   std::string text =
       "frame,time_s,particle,x_m,y_m,z_m,quaternion_w,quaternion_x,quaternion_y,quaternion_z,"
       "velocity_x_m_per_s,velocity_y_m_per_s,velocity_z_m_per_s\n";
@@ -53,13 +53,13 @@ double balance(const sim::Energy& energy) {
   return energy.total() + energy.damping_loss + energy.friction_loss - energy.wall_work;
 }
 
-std::size_t event_frame(const SceneRun& run) {
+std::size_t event_frame(const calibrate::SceneRun& run) {
   std::size_t frame = 0;
   while (frame + 1 < run.frames.size() && time_of(run, run.frames[frame]) < 0.0) ++frame;
   return frame;
 }
 
-void write_energy(const std::filesystem::path& path, const SceneRun& run) {
+void write_energy(const std::filesystem::path& path, const calibrate::SceneRun& run) {
   datasets::Table table({"time_s",
                          "kinetic_j",
                          "gravity_j",
@@ -69,7 +69,7 @@ void write_energy(const std::filesystem::path& path, const SceneRun& run) {
                          "wall_work_j",
                          "balance_j"});
   const double start = balance(run.frames[event_frame(run)].energy);
-  for (const SceneFrame& frame : run.frames) {
+  for (const calibrate::SceneFrame& frame : run.frames) {
     const sim::Energy& e = frame.energy;
     table.add({number_text(time_of(run, frame)),
                number_text(e.kinetic),
@@ -83,7 +83,7 @@ void write_energy(const std::filesystem::path& path, const SceneRun& run) {
   datasets::write_csv(path, table);
 }
 
-void write_bed(const std::filesystem::path& path, const SceneRun& run) {
+void write_bed(const std::filesystem::path& path, const calibrate::SceneRun& run) {
   datasets::Table table({"time_s",
                          "particles",
                          "contacts",
@@ -94,8 +94,8 @@ void write_bed(const std::filesystem::path& path, const SceneRun& run) {
                          "sliding_share",
                          "discharged",
                          "discharged_mass_kg"});
-  for (const SceneFrame& frame : run.frames) {
-    const BedState& bed = frame.bed;
+  for (const calibrate::SceneFrame& frame : run.frames) {
+    const calibrate::BedState& bed = frame.bed;
     table.add({number_text(time_of(run, frame)),
                std::to_string(frame.state.position.size()),
                std::to_string(bed.contacts),
@@ -112,10 +112,10 @@ void write_bed(const std::filesystem::path& path, const SceneRun& run) {
 
 void write_wall_forces(const std::filesystem::path& path,
                        const datasets::SceneFile& file,
-                       const SceneRun& run) {
+                       const calibrate::SceneRun& run) {
   datasets::Table table(
       {"time_s", "wall", "force_x_n", "force_y_n", "force_z_n", "peak_contact_force_n"});
-  for (const SceneFrame& frame : run.frames) {
+  for (const calibrate::SceneFrame& frame : run.frames) {
     for (std::size_t w = 0; w < file.walls.size(); ++w) {
       const sim::Vec3& force = frame.wall_force[w];
       table.add({number_text(time_of(run, frame)),
@@ -131,10 +131,10 @@ void write_wall_forces(const std::filesystem::path& path,
 
 void write_wall_strips(const std::filesystem::path& path,
                        const datasets::SceneFile& file,
-                       const SceneRun& run) {
+                       const calibrate::SceneRun& run) {
   datasets::Table table({"time_s", "wall", "from_z_m", "to_z_m", "normal_force_n"});
   const sim::Strips& strips = run.strips;
-  for (const SceneFrame& frame : run.frames) {
+  for (const calibrate::SceneFrame& frame : run.frames) {
     for (std::size_t w = 0; w < frame.strip_force.size(); ++w) {
       for (int i = 0; i < strips.count; ++i) {
         table.add({number_text(time_of(run, frame)),
@@ -148,7 +148,7 @@ void write_wall_strips(const std::filesystem::path& path,
   datasets::write_csv(path, table);
 }
 
-void write_contacts(const std::filesystem::path& path, const SceneRun& run) {
+void write_contacts(const std::filesystem::path& path, const calibrate::SceneRun& run) {
   datasets::Table table({"first",
                          "second",
                          "with_wall",
@@ -174,7 +174,7 @@ void write_contacts(const std::filesystem::path& path, const SceneRun& run) {
   datasets::write_csv(path, table);
 }
 
-datasets::SphereCloud cloud_of(const SceneRun& run, const SceneFrame& frame) {
+datasets::SphereCloud cloud_of(const calibrate::SceneRun& run, const calibrate::SceneFrame& frame) {
   datasets::SphereCloud cloud;
   const sim::State& state = frame.state;
   for (std::size_t i = 0; i < state.position.size(); ++i) {
@@ -242,7 +242,7 @@ Json walls_json(const datasets::SceneFile& file) {
 
 }  // namespace
 
-datasets::Trajectories planar_tracks(const SceneRun& run) {
+datasets::Trajectories planar_tracks(const calibrate::SceneRun& run) {
   datasets::Trajectories tracks = datasets::make_trajectories(
       run.frames.size(), static_cast<int>(run.scene.bodies.size()), false);
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
@@ -258,7 +258,7 @@ datasets::Trajectories planar_tracks(const SceneRun& run) {
 
 void write_scene_tables(const datasets::RunFolder& folder,
                         const datasets::SceneFile& file,
-                        const SceneRun& run) {
+                        const calibrate::SceneRun& run) {
   if (!run.frames.empty()) {
     if (file.is_planar) {
       datasets::write_tracks(folder.tracks("simulation"), planar_tracks(run));
@@ -273,7 +273,7 @@ void write_scene_tables(const datasets::RunFolder& folder,
   write_contacts(folder.table("contacts"), run);
 }
 
-void write_paraview(const datasets::RunFolder& folder, const SceneRun& run) {
+void write_paraview(const datasets::RunFolder& folder, const calibrate::SceneRun& run) {
   const std::filesystem::path root = folder.root / "paraview";
   std::error_code error;
   std::filesystem::create_directories(root, error);
@@ -283,7 +283,7 @@ void write_paraview(const datasets::RunFolder& folder, const SceneRun& run) {
   }
   std::vector<std::pair<double, std::string>> spheres, walls;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
-    const SceneFrame& frame = run.frames[f];
+    const calibrate::SceneFrame& frame = run.frames[f];
     const datasets::SphereCloud cloud = cloud_of(run, frame);
     spheres.emplace_back(time_of(run, frame), fmt::format("spheres_{:05}.vtp", f));
     datasets::write_whole(root / spheres.back().second, datasets::vtp_of_spheres(cloud));
@@ -305,7 +305,7 @@ void write_paraview(const datasets::RunFolder& folder, const SceneRun& run) {
   datasets::write_whole(root / "walls.pvd", datasets::pvd_of(walls));
 }
 
-void write_ovito(const datasets::RunFolder& folder, const SceneRun& run) {
+void write_ovito(const datasets::RunFolder& folder, const calibrate::SceneRun& run) {
   std::string text;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
     text += datasets::lammps_snapshot(cloud_of(run, run.frames[f]), static_cast<long>(f));
@@ -313,7 +313,7 @@ void write_ovito(const datasets::RunFolder& folder, const SceneRun& run) {
   datasets::write_whole(folder.root / "dump.lammpstrj", text);
 }
 
-Json scene_result(const datasets::SceneFile& file, const SceneRun& run) {
+Json scene_result(const datasets::SceneFile& file, const calibrate::SceneRun& run) {
   Json json;
   json["status"] = text_of(run.status);
   json["message"] = run.message;
@@ -325,7 +325,7 @@ Json scene_result(const datasets::SceneFile& file, const SceneRun& run) {
   json["mass_kg"] = mass;
   json["frames"] = run.frames.size();
   json["phases"] = Json::array();
-  for (const PhaseRecord& phase : run.phases) {
+  for (const calibrate::PhaseRecord& phase : run.phases) {
     json["phases"].push_back({{"name", phase.name},
                               {"start_s", phase.start - run.event_time},
                               {"end_s", phase.end - run.event_time},
@@ -334,7 +334,7 @@ Json scene_result(const datasets::SceneFile& file, const SceneRun& run) {
                               {"came_to_rest", phase.came_to_rest}});
   }
   if (!run.frames.empty()) {
-    const SceneFrame& last = run.frames.back();
+    const calibrate::SceneFrame& last = run.frames.back();
     json["time_s"] = time_of(run, last);
     json["coordination"] = last.bed.coordination;
     json["contacts"] = last.bed.contacts;
@@ -358,7 +358,7 @@ Json scene_result(const datasets::SceneFile& file, const SceneRun& run) {
   }
   json["particle_kinds"] = Json::array();
   for (std::size_t p = 0; p < file.particles.size(); ++p) {
-    const ParticleKind& kind = run.kinds[p];
+    const calibrate::ParticleKind& kind = run.kinds[p];
     const sim::Clump& clump = run.scene.types[kind.types[kind.types.size() / 2]];
     json["particle_kinds"].push_back(
         {{"name", file.particles[p].name},

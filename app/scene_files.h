@@ -3,27 +3,28 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 #include "datasets/run_folder.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::app {
 
 // Of a planar scene, times counted from the event; a particle that has not rained in yet is unseen.
-datasets::Trajectories planar_tracks(const SceneRun& run);
+datasets::Trajectories planar_tracks(const calibrate::SceneRun& run);
 
 // tracks/simulation.csv and tables/*.csv.
 void write_scene_tables(const datasets::RunFolder& folder,
                         const datasets::SceneFile& file,
-                        const SceneRun& run);
+                        const calibrate::SceneRun& run);
 
 // paraview/spheres.pvd and walls.pvd with a .vtp a frame.
-void write_paraview(const datasets::RunFolder& folder, const SceneRun& run);
+void write_paraview(const datasets::RunFolder& folder, const calibrate::SceneRun& run);
 // dump.lammpstrj
-void write_ovito(const datasets::RunFolder& folder, const SceneRun& run);
+void write_ovito(const datasets::RunFolder& folder, const calibrate::SceneRun& run);
 
 // result.json without the wall time.
-nlohmann::ordered_json scene_result(const datasets::SceneFile& file, const SceneRun& run);
+nlohmann::ordered_json scene_result(const datasets::SceneFile& file,
+                                    const calibrate::SceneRun& run);
 // The resolved scene, for run.json.
 nlohmann::ordered_json scene_configuration(const datasets::SceneFile& file);
 

@@ -7,7 +7,7 @@
 
 namespace graintruth::app {
 
-sim::Box scene_box(const SceneRun& run) {
+sim::Box scene_box(const calibrate::SceneRun& run) {
   std::vector<sim::Wall> walls;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
     if (run.frames[f].walls.empty()) continue;
@@ -17,7 +17,7 @@ sim::Box scene_box(const SceneRun& run) {
   sim::Box box = picture_box(walls, {});
   const sim::Box of_walls = box;
   const sim::Vec3 reach = 0.5 * (of_walls.high - of_walls.low);
-  for (const SceneFrame& frame : run.frames) {
+  for (const calibrate::SceneFrame& frame : run.frames) {
     for (std::size_t i = 0; i < frame.state.position.size(); ++i) {
       const sim::Vec3& middle = frame.state.position[i];
       const double radius = run.scene.types[run.scene.bodies[i].type].bounding_radius;
@@ -40,7 +40,7 @@ sim::Box scene_box(const SceneRun& run) {
   return box;
 }
 
-std::vector<std::size_t> body_colours(const SceneRun& run) {
+std::vector<std::size_t> body_colours(const calibrate::SceneRun& run) {
   const std::size_t count = run.scene.bodies.size();
   std::vector<std::size_t> all(count);
   constexpr std::size_t few = 40;

@@ -4,13 +4,13 @@
 #include <array>
 #include <vector>
 
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 
 namespace graintruth::app {
 
 // Everything that should be in the picture: bounded walls, the particles at the start, and those
 // that stay near the walls later.
-sim::Box scene_box(const SceneRun& run);
+sim::Box scene_box(const calibrate::SceneRun& run);
 
 // Red, green, blue, 0 to 255.
 inline constexpr std::array<std::array<int, 3>, 6> palette = {{{76, 120, 168},
@@ -22,7 +22,7 @@ inline constexpr std::array<std::array<int, 3>, 6> palette = {{{76, 120, 168},
 
 // Index into the palette of each body, by the place in the filling: few particles in turn, many in
 // layers by their height at the start.
-std::vector<std::size_t> body_colours(const SceneRun& run);
+std::vector<std::size_t> body_colours(const calibrate::SceneRun& run);
 
 // Where a scene in space is seen from: from the front left, a little from above. Unit vectors.
 struct Sight {

@@ -125,7 +125,7 @@ void draw_caption(cv::Mat& picture,
 }
 
 // Of every body, for OpenCV: blue, green, red.
-std::vector<cv::Scalar> inks_of_bodies(const SceneRun& run) {
+std::vector<cv::Scalar> inks_of_bodies(const calibrate::SceneRun& run) {
   std::vector<cv::Scalar> inks;
   for (const std::size_t colour : body_colours(run)) {
     const auto& [red, green, blue] = palette[colour];
@@ -155,7 +155,7 @@ void draw_belt(cv::Mat& picture,
 class PlanarPainter {
  public:
   PlanarPainter(const datasets::SceneFile& file,
-                const SceneRun& run,
+                const calibrate::SceneRun& run,
                 const sim::Box& box,
                 const View& view)
       : file_(file), run_(run), box_(box), view_(view), colours_(inks_of_bodies(run)) {}
@@ -228,7 +228,7 @@ class PlanarPainter {
   }
 
   const datasets::SceneFile& file_;
-  const SceneRun& run_;
+  const calibrate::SceneRun& run_;
   const sim::Box& box_;
   const View& view_;
   std::vector<cv::Scalar> colours_;
@@ -238,7 +238,7 @@ class PlanarPainter {
 class SpatialPainter {
  public:
   SpatialPainter(const datasets::SceneFile& file,
-                 const SceneRun& run,
+                 const calibrate::SceneRun& run,
                  const sim::Box& box,
                  const View& view)
       : file_(file), run_(run), box_(box), view_(view), colours_(inks_of_bodies(run)) {}
@@ -375,7 +375,7 @@ class SpatialPainter {
   }
 
   const datasets::SceneFile& file_;
-  const SceneRun& run_;
+  const calibrate::SceneRun& run_;
   const sim::Box& box_;
   const View& view_;
   std::vector<cv::Scalar> colours_;
@@ -419,7 +419,7 @@ class FilmWriter {
 
 void render_scene(const std::filesystem::path& folder,
                   const datasets::SceneFile& file,
-                  const SceneRun& run,
+                  const calibrate::SceneRun& run,
                   const std::function<void(double)>& progress) {
   if (run.frames.empty()) return;
   const sim::Box box = scene_box(run);

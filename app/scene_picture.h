@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 
 namespace graintruth::app {
 
@@ -13,7 +13,7 @@ namespace graintruth::app {
 // shaded parallel projection. Throws datasets::InputError when they cannot be written.
 void render_scene(const std::filesystem::path& folder,
                   const datasets::SceneFile& file,
-                  const SceneRun& run,
+                  const calibrate::SceneRun& run,
                   const std::function<void(double)>& progress);
 
 }  // namespace graintruth::app

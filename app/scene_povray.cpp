@@ -66,7 +66,7 @@ std::string scene_inc(const sim::Box& box, bool is_planar) {
   return text;
 }
 
-void add_bodies(const SceneRun& run,
+void add_bodies(const calibrate::SceneRun& run,
                 const sim::State& state,
                 const std::vector<std::size_t>& colours,
                 std::string& text) {
@@ -93,7 +93,7 @@ void add_patch(const Patch& patch, std::string& text) {
 
 void write_povray(const datasets::RunFolder& folder,
                   const datasets::SceneFile& file,
-                  const SceneRun& run) {
+                  const calibrate::SceneRun& run) {
   if (run.frames.empty()) return;
   const std::filesystem::path root = folder.root / "povray";
   datasets::make_folder(root);

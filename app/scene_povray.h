@@ -1,7 +1,7 @@
 // A simulated scene as input for the ray tracer POV-Ray.
 #pragma once
 
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::app {
@@ -10,6 +10,6 @@ namespace graintruth::app {
 // that folder, and povray/scene.inc with camera, light and colours, which all of them include.
 void write_povray(const datasets::RunFolder& folder,
                   const datasets::SceneFile& file,
-                  const SceneRun& run);
+                  const calibrate::SceneRun& run);
 
 }  // namespace graintruth::app

@@ -120,7 +120,7 @@ void print_summary(const Json& result, const std::filesystem::path& folder) {
 }
 
 // Exit status and, on stderr, the sentence for a run that did not reach its end.
-int conclude(const SceneRun& run, const std::filesystem::path& folder) {
+int conclude(const calibrate::SceneRun& run, const std::filesystem::path& folder) {
   if (is_interrupted()) {
     fmt::print(stderr,
                "graintruth: interrupted; what was simulated until then is in {}.\n",
@@ -139,7 +139,7 @@ int conclude(const SceneRun& run, const std::filesystem::path& folder) {
 }
 
 struct Done {
-  SceneRun run;
+  calibrate::SceneRun run;
   Json result;
   double simulating = 0.0;  // s
 };
@@ -150,7 +150,7 @@ Done simulate_and_write(const SimulateCommand& command,
                         const datasets::RunFolder& folder,
                         Clock::time_point start) {
   ProgressLine progress(command.common.quiet);
-  SceneRunOptions options;
+  calibrate::SceneRunOptions options;
   options.seed = command.common.seed;
   options.threads = threads_of(command.common);
   options.stop = [&] {
@@ -161,7 +161,7 @@ Done simulate_and_write(const SimulateCommand& command,
     progress.show(job, share, detail);
   };
   Done done;
-  done.run = run_scene(file, options);
+  done.run = calibrate::run_scene(file, options);
   done.simulating = seconds_since(start);
   done.result = scene_result(file, done.run);
   write_scene_tables(folder, file, done.run);

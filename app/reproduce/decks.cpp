@@ -9,7 +9,7 @@
 #include "app/interrupt.h"
 #include "app/reproduce/targets.h"
 #include "app/scene_picture.h"
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 #include "datasets/run_folder.h"
 #include "datasets/store/fingerprint.h"
 
@@ -61,13 +61,13 @@ Json run_deck(const Deck& deck, const ThesisData& thesis, Studies& studies) {
   std::filesystem::create_directories(folder);
   const datasets::SceneFile file =
       datasets::load_scene(file_of(deck), bundled_sidecar(file_of(deck)).value());
-  SceneRunOptions options;
+  calibrate::SceneRunOptions options;
   options.seed = studies.seed();
   options.stop = is_interrupted;
   options.progress = [&](const std::string& job, double share, const std::string& detail) {
     studies.progress().show(std::string(deck.stem) + ", " + job, share, detail);
   };
-  const SceneRun run = run_scene(file, options);
+  const calibrate::SceneRun run = calibrate::run_scene(file, options);
   Json result = {{"completed", run.status == sim::RunStatus::completed},
                  {"message", run.message},
                  {"duration", run.phases.empty() ? 0.0 : run.phases.back().end}};

@@ -10,8 +10,8 @@
 #include "app/interrupt.h"
 #include "app/reproduce/button.h"
 #include "app/scene_files.h"
-#include "app/scene_run.h"
 #include "calibrate/bulk_measure.h"
+#include "calibrate/engines/scene_run.h"
 #include "calibrate/ensemble.h"
 #include "datasets/run_folder.h"
 #include "datasets/store/fingerprint.h"
@@ -123,7 +123,8 @@ Json empty_bin(const datasets::SceneFile& file,
                const calibrate::BulkRig& rig,
                const ThesisData& thesis,
                std::uint64_t seed) {
-  const SceneRun run = run_scene(file, {.seed = seed, .stop = is_interrupted});
+  const calibrate::SceneRun run =
+      calibrate::run_scene(file, {.seed = seed, .stop = is_interrupted});
   Json result = {{"completed", run.status == sim::RunStatus::completed && run.reached_event}};
   for (const char* list : {"time", "discharged", "solid_fraction", "x", "velocity"})
     result[list] = Json::array();

@@ -16,9 +16,9 @@
 #include "app/interrupt.h"
 #include "app/reproduce/targets.h"
 #include "app/scene_files.h"
-#include "app/scene_run.h"
 #include "calibrate/agreement.h"
 #include "calibrate/dem_simulator.h"
+#include "calibrate/engines/scene_run.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
@@ -42,10 +42,10 @@ std::filesystem::path scene_of_rig() { return data_folder() / "scenes" / "micro_
 datasets::BenchValue without_uncertainty(double value) { return {.value = value}; }
 
 // The bed at rest on the piston: the arrangement that every run starts from.
-SceneRun settled_bed(std::uint64_t seed) {
+calibrate::SceneRun settled_bed(std::uint64_t seed) {
   datasets::SceneFile file = datasets::load_scene(scene_of_rig());
   file.phases.back().duration = file.phases.back().output_interval;
-  SceneRun run = run_scene(file, {.seed = seed, .stop = is_interrupted});
+  calibrate::SceneRun run = calibrate::run_scene(file, {.seed = seed, .stop = is_interrupted});
   if (is_interrupted()) throw calibrate::Interrupted();
   if (run.status != sim::RunStatus::completed || !run.reached_event)
     throw datasets::InputError(
@@ -55,7 +55,7 @@ SceneRun settled_bed(std::uint64_t seed) {
 
 // The rig of the scene as an experiment, so that a run starts from placed particles as those of a
 // calibration do.
-datasets::Experiment experiment_in(const ThesisData& thesis, const SceneRun& bed) {
+datasets::Experiment experiment_in(const ThesisData& thesis, const calibrate::SceneRun& bed) {
   datasets::Experiment experiment;
   experiment.measurement = {.frame_interval = thesis.si(setup, "frame_interval"),
                             .frames = static_cast<int>(thesis.number(setup, "frames_used"))};
@@ -83,7 +83,7 @@ datasets::Experiment experiment_in(const ThesisData& thesis, const SceneRun& bed
   return experiment;
 }
 
-calibrate::StartPoses starts_in(const ThesisData& thesis, const SceneRun& bed) {
+calibrate::StartPoses starts_in(const ThesisData& thesis, const calibrate::SceneRun& bed) {
   const Trajectories tracks = planar_tracks(bed);
   std::size_t frame = 0;
   while (frame + 1 < tracks.frames() && tracks.time[frame + 1] <= 0.0) ++frame;
@@ -134,7 +134,7 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
     study.labels.push_back(table.text(row, "friction_mu"));
 
   // 1. One arrangement of the bed, as Fig 4.2 shows one
-  const SceneRun bed = settled_bed(studies.seed());
+  const calibrate::SceneRun bed = settled_bed(studies.seed());
   const datasets::Experiment experiment = experiment_in(thesis, bed);
   const calibrate::Simulator simulate = calibrate::make_dem_simulator(
       experiment,

@@ -19,7 +19,7 @@
 #include "app/interrupt.h"
 #include "app/reproduce/row.h"
 #include "app/reproduce/shape_pictures.h"
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 #include "sim/profile.h"
 
 namespace graintruth::app {
@@ -126,7 +126,9 @@ double bulk_fraction(const std::vector<sim::Vec3>& centres, double width, const 
 }
 
 // Force on the walls whose names begin so, N.
-sim::Vec3 force_on(const datasets::SceneFile& file, const SceneFrame& frame, const char* name) {
+sim::Vec3 force_on(const datasets::SceneFile& file,
+                   const calibrate::SceneFrame& frame,
+                   const char* name) {
   sim::Vec3 sum = sim::Vec3::Zero();
   for (std::size_t w = 0; w < file.walls.size(); ++w)
     if (file.walls[w].name.starts_with(name)) sum += frame.wall_force[w];
@@ -185,7 +187,10 @@ struct InnerMotion {
   }
 };
 
-InnerMotion motion_in(const SceneRun& run, const sim::State& state, double width, double height) {
+InnerMotion motion_in(const calibrate::SceneRun& run,
+                      const sim::State& state,
+                      double width,
+                      double height) {
   InnerMotion motion;
   const auto third = [](double share) { return std::clamp(static_cast<int>(3.0 * share), 0, 2); };
   for (std::size_t i = 0; i < state.position.size(); ++i) {
@@ -213,7 +218,7 @@ std::vector<sim::Vec3> inside_of(const sim::State& state) {
 }
 
 // Element spheres that reach down to the floor.
-int floor_contacts(const SceneRun& run, const sim::State& state) {
+int floor_contacts(const calibrate::SceneRun& run, const sim::State& state) {
   int contacts = 0;
   for (std::size_t i = 0; i < state.position.size(); ++i) {
     for (const sim::ElementSphere& sphere : run.scene.types[run.scene.bodies[i].type].spheres) {
@@ -234,8 +239,8 @@ Json run_bed(const ThesisData& thesis,
              const PhaseProgress& progress) {
   const Grain grain = grain_of(thesis, aspect_ratio);
   const datasets::SceneFile file = hopper_for(thesis, grain, seed);
-  const SceneRun run =
-      run_scene(file, {.seed = seed, .stop = is_interrupted, .progress = progress});
+  const calibrate::SceneRun run =
+      calibrate::run_scene(file, {.seed = seed, .stop = is_interrupted, .progress = progress});
   if (run.status != sim::RunStatus::completed || !run.reached_event)
     return {{"failed", run.message}};
   const auto percent_of = [&](const char* name) { return 100.0 * thesis.setting("shape", name); };
@@ -247,7 +252,7 @@ Json run_bed(const ThesisData& thesis,
   std::size_t rest = 0;
   while (rest + 1 < run.frames.size() && run.frames[rest + 1].state.time <= run.event_time + 1e-9)
     ++rest;
-  const SceneFrame& bed = run.frames[rest];
+  const calibrate::SceneFrame& bed = run.frames[rest];
   const std::vector<sim::Vec3>& centres = bed.state.position;
   const double width = thesis.si(parameters, "hopper_width");
   const Squares mesh{thesis.number(scalars, "solid_fraction_mesh") * unit_in_si("cm"), width};
@@ -269,7 +274,7 @@ Json run_bed(const ThesisData& thesis,
   Json squares_running;                              // in the middle of the straight part
   double largest_on_left = 0.0;
   for (std::size_t f = rest; f < run.frames.size(); ++f) {
-    const SceneFrame& frame = run.frames[f];
+    const calibrate::SceneFrame& frame = run.frames[f];
     const double since = frame.state.time - run.event_time;
     time.push_back(since);
     percent.push_back(100.0 * frame.bed.discharged / static_cast<double>(centres.size()));
@@ -370,8 +375,8 @@ Json run_heap(const ThesisData& thesis,
   phase.friction_between_particles = thesis.si(scalars, "heap_friction");
   phase.friction_with_walls = thesis.si(scalars, "heap_friction");
   file.event_phase = 0;
-  const SceneRun run =
-      run_scene(file, {.seed = seed, .stop = is_interrupted, .progress = progress});
+  const calibrate::SceneRun run =
+      calibrate::run_scene(file, {.seed = seed, .stop = is_interrupted, .progress = progress});
   if (run.status != sim::RunStatus::completed) return {{"failed", run.message}};
   const auto slope = heap_slope(run.frames.back().state.position, half_width, grain.length);
   return {{"slope", slope ? *slope / unit_in_si("deg") : no_number}};

@@ -45,12 +45,12 @@ Json solid_fraction_of_squares(const std::vector<sim::Vec3>& centres,
 }
 
 std::vector<double> force_by_tenths(const datasets::SceneFile& file,
-                                    const SceneRun& run,
+                                    const calibrate::SceneRun& run,
                                     std::size_t rest) {
   const auto first =
       std::find_if(run.frames.begin() + static_cast<std::ptrdiff_t>(rest),
                    run.frames.end(),
-                   [](const SceneFrame& frame) { return !frame.strip_force.empty(); });
+                   [](const calibrate::SceneFrame& frame) { return !frame.strip_force.empty(); });
   if (first == run.frames.end()) return {};
   std::vector<double> force(static_cast<std::size_t>(run.strips.count), 0.0);
   for (std::size_t w = 0; w < file.walls.size(); ++w) {
@@ -62,7 +62,7 @@ std::vector<double> force_by_tenths(const datasets::SceneFile& file,
 }
 
 Json wall_history(const datasets::SceneFile& file,
-                  const SceneRun& run,
+                  const calibrate::SceneRun& run,
                   std::size_t rest,
                   double until) {
   const auto left =
@@ -73,7 +73,7 @@ Json wall_history(const datasets::SceneFile& file,
   std::vector<double> time;
   std::vector<std::vector<double>> tenths(static_cast<std::size_t>(run.strips.count));
   for (std::size_t f = rest; f < run.frames.size(); ++f) {
-    const SceneFrame& frame = run.frames[f];
+    const calibrate::SceneFrame& frame = run.frames[f];
     const double since = frame.state.time - run.event_time;
     if (frame.strip_force.empty()) continue;
     if (since > until) break;
@@ -103,7 +103,7 @@ Json speed_classes(const sim::State& state, double height, double slow, double f
   return {{"x", x}, {"z", z}, {"class", classes}};
 }
 
-Json paths_of_marked(const SceneRun& run, std::size_t rest, double width, int in_a_row) {
+Json paths_of_marked(const calibrate::SceneRun& run, std::size_t rest, double width, int in_a_row) {
   const sim::State& start = run.frames[rest].state;
   const std::vector<sim::Vec3>& centres = start.position;
   const double height = top_of(centres);

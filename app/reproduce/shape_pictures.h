@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/reproduce/studies.h"
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 
 namespace graintruth::app {
 
@@ -27,12 +27,12 @@ Studies::Json solid_fraction_of_squares(const std::vector<sim::Vec3>& centres,
 // Normal force on the side walls by tenths of the height of the bed at rest, from below, N; mean of
 // both walls, in the first frame after the opening.
 std::vector<double> force_by_tenths(const datasets::SceneFile& file,
-                                    const SceneRun& run,
+                                    const calibrate::SceneRun& run,
                                     std::size_t rest);
 
 // The same of the left wall against `time` since the opening, s, until `until`: one list a tenth.
 Studies::Json wall_history(const datasets::SceneFile& file,
-                           const SceneRun& run,
+                           const calibrate::SceneRun& run,
                            std::size_t rest,
                            double until);
 
@@ -43,6 +43,9 @@ Studies::Json speed_classes(const sim::State& state, double height, double slow,
 // Of the grains that lie nearest to the middles of `in_a_row` by `in_a_row` equal fields of the
 // bed, row by row from below, frame by frame until they have left: `x` and `z`, m, `turned`,
 // degrees since rest, and `sideways`, m/s, the speed along x.
-Studies::Json paths_of_marked(const SceneRun& run, std::size_t rest, double width, int in_a_row);
+Studies::Json paths_of_marked(const calibrate::SceneRun& run,
+                              std::size_t rest,
+                              double width,
+                              int in_a_row);
 
 }  // namespace graintruth::app

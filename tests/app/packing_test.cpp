@@ -1,7 +1,7 @@
 // How densely buttons pack: loosely with friction, densely without (thesis 4.3.2.1).
 #include <gtest/gtest.h>
 
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 #include "tests/app/laboratory.h"
 #include "tests/support/temporary_folder.h"
 
@@ -20,8 +20,8 @@ double mean_height(const std::string& friction, std::uint64_t seed) {
   text = with(text, "[settle]\nfriction = 0.2", "[settle]\nfriction = " + friction);
   text = with(text, "longest_s = 2.0", "longest_s = 4.0");
   text = with(text, "duration_s = 1.5", "duration_s = 0.001");
-  const SceneRun run =
-      run_scene(datasets::load_scene(folder.write("scene.toml", text)), {.seed = seed});
+  const calibrate::SceneRun run =
+      calibrate::run_scene(datasets::load_scene(folder.write("scene.toml", text)), {.seed = seed});
   EXPECT_TRUE(run.phases.front().came_to_rest);
   double height = 0.0;
   for (const sim::Body& body : run.scene.bodies) height += body.position.z() / 80.0;

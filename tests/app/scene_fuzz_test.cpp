@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 #include "datasets/input_error.h"
 #include "tests/app/laboratory.h"
 #include "tests/app/small_scene.h"
@@ -137,13 +137,13 @@ std::vector<Pages> originals() {
   return all;
 }
 
-void expect_finite(const SceneRun& run, const std::string& name) {
+void expect_finite(const calibrate::SceneRun& run, const std::string& name) {
   for (const sim::Body& body : run.scene.bodies) {
     ASSERT_TRUE(body.position.allFinite() && body.velocity.allFinite() &&
                 body.orientation.coeffs().allFinite())
         << name;
   }
-  for (const SceneFrame& frame : run.frames) {
+  for (const calibrate::SceneFrame& frame : run.frames) {
     ASSERT_TRUE(std::isfinite(frame.energy.total())) << name;
   }
 }
@@ -165,7 +165,8 @@ TEST(SceneFuzz, EveryFileIsRunOrRefusedInOneSentence) {
     const auto file = folder.write(is_deck ? "f.txt" : "g.toml",
                                    in_beside ? page.text : slips.applied_to(page.text));
     try {
-      expect_finite(run_scene(datasets::load_scene(file), {.seed = seed, .step_limit = 2}), name);
+      expect_finite(
+          calibrate::run_scene(datasets::load_scene(file), {.seed = seed, .step_limit = 2}), name);
       ++run_count;
     } catch (const datasets::InputError& error) {
       const std::string sentence = error.what();

@@ -1,5 +1,5 @@
 // Scenes filled and run: weight, energy, seeds, and what the door refuses.
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,10 @@ using tests::small_scene;
 using tests::TemporaryFolder;
 using tests::with;
 
-SceneRun run_text(const std::string& text, std::uint64_t seed = 1) {
+calibrate::SceneRun run_text(const std::string& text, std::uint64_t seed = 1) {
   const TemporaryFolder folder;
-  return run_scene(datasets::load_scene(folder.write("scene.toml", text)), {.seed = seed});
+  return calibrate::run_scene(datasets::load_scene(folder.write("scene.toml", text)),
+                              {.seed = seed});
 }
 
 std::string refusal(const std::string& text) {
@@ -32,7 +33,7 @@ std::string refusal(const std::string& text) {
   return "";
 }
 
-double weight_of(const SceneRun& run) {
+double weight_of(const calibrate::SceneRun& run) {
   double mass = 0.0;
   for (const sim::Body& body : run.scene.bodies) mass += run.scene.types[body.type].mass;
   return mass * 9.81;
@@ -43,7 +44,8 @@ const std::filesystem::path scenes =
 
 // Filled, and a hundred steps on its way.
 void expect_start(const std::filesystem::path& file) {
-  const SceneRun run = run_scene(datasets::load_scene(file), {.seed = 1, .step_limit = 100});
+  const calibrate::SceneRun run =
+      calibrate::run_scene(datasets::load_scene(file), {.seed = 1, .step_limit = 100});
   EXPECT_NE(run.status, sim::RunStatus::unstable) << file << ": " << run.message;
   EXPECT_FALSE(run.scene.bodies.empty()) << file;
 }
@@ -86,13 +88,13 @@ duration_s = 0.03
 output_interval_s = 0.01
 fastest_impact_m_per_s = 1
 )"));
-  const SceneRun one = run_scene(file, {.seed = 1, .threads = 1});
-  const SceneRun three = run_scene(file, {.seed = 1, .threads = 3});
+  const calibrate::SceneRun one = calibrate::run_scene(file, {.seed = 1, .threads = 1});
+  const calibrate::SceneRun three = calibrate::run_scene(file, {.seed = 1, .threads = 3});
   ASSERT_EQ(one.frames.size(), three.frames.size());
   ASSERT_GE(one.frames.size(), 3U);
   EXPECT_GT(one.frames.back().bed.contacts, 1000);
   for (std::size_t k = 0; k < one.frames.size(); ++k) {
-    const SceneFrame &a = one.frames[k], &b = three.frames[k];
+    const calibrate::SceneFrame &a = one.frames[k], &b = three.frames[k];
     EXPECT_EQ(a.state.position, b.state.position) << k;
     EXPECT_EQ(a.state.velocity, b.state.velocity) << k;
     EXPECT_EQ(a.energy.elastic, b.energy.elastic) << k;
@@ -130,7 +132,7 @@ TEST(SceneRun, EveryDeckOfTheThesisStarts) {
 }
 
 TEST(SceneRun, SettledBedPressesWithItsWeight) {
-  const SceneRun run = run_text(small_scene());
+  const calibrate::SceneRun run = run_text(small_scene());
   ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
   ASSERT_EQ(run.phases.size(), 2u);
   EXPECT_TRUE(run.phases[0].came_to_rest);
@@ -147,9 +149,9 @@ TEST(SceneRun, SettledBedPressesWithItsWeight) {
 // What the strips of the four sides carry together is what the sides carry; and no force of a frame
 // is above the peak since the frame before.
 TEST(SceneRun, StripsAndPeaksFitTheForcesOnTheWalls) {
-  const SceneRun run = run_text(
+  const calibrate::SceneRun run = run_text(
       with(small_scene(), "radius_mm = 10", "chain = {count = 2, radius_mm = 7, spacing_mm = 6}"));
-  const SceneFrame& last = run.frames.back();
+  const calibrate::SceneFrame& last = run.frames.back();
   ASSERT_EQ(last.strip_force.size(), last.wall_force.size());
   EXPECT_NEAR(run.strips.low, 0.0, 1e-4);
   EXPECT_GT(run.strips.high, 0.03);
@@ -171,7 +173,8 @@ TEST(SceneRun, SameSeedSameBitsOtherSeedOtherBed) {
       with(small_scene(), "radius_mm = 10", "chain = {count = 2, radius_mm = 7, spacing_mm = 6}"),
       "longest_s = 2.0",
       "longest_s = 0.2");
-  const SceneRun one = run_text(pairs, 7), again = run_text(pairs, 7), other = run_text(pairs, 8);
+  const calibrate::SceneRun one = run_text(pairs, 7), again = run_text(pairs, 7),
+                            other = run_text(pairs, 8);
   double difference = 0.0;
   for (std::size_t i = 0; i < 27; ++i) {
     EXPECT_EQ(one.scene.bodies[i].position, again.scene.bodies[i].position);
@@ -192,7 +195,7 @@ shape = "polygon"
 corners_mm = [[-35, -35, 0], [35, -35, 0], [35, 35, 0], [-35, 35, 0]]
 surface_velocity_mm_per_s = [300, 0, 0]
 )";
-  const SceneRun run = run_text(text);
+  const calibrate::SceneRun run = run_text(text);
   ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
   const sim::Energy start = run.frames.front().energy, end = run.frames.back().energy;
   const double lost = end.damping_loss + end.friction_loss;
@@ -205,7 +208,7 @@ TEST(SceneRun, RainFillsOneByOne) {
   std::string text =
       with(small_scene(), "method = \"lattice\"", "method = \"rain\"\ninterval_s = 0.02");
   text = with(text, "count = 27", "count = 12");
-  const SceneRun run = run_text(text);
+  const calibrate::SceneRun run = run_text(text);
   ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
   EXPECT_EQ(run.scene.bodies.size(), 12u);
   ASSERT_EQ(run.phases.size(), 3u);
@@ -232,7 +235,7 @@ normal = [0, 0, 1]
 radius_mm = 60
 opens_s = 0.1
 )";
-  const SceneRun run = run_text(text);
+  const calibrate::SceneRun run = run_text(text);
   ASSERT_EQ(run.frames.size(), 5u);
   EXPECT_EQ(run.frames[1].bed.discharged, 0);
   EXPECT_EQ(run.frames[4].bed.discharged, 27);
@@ -247,7 +250,7 @@ TEST(SceneRun, SizesHaveTheirMeanAndSpread) {
                                         "radius_mm = 10",
                                         std::string("radius_mm = 10\nsize = {distribution = \"") +
                                             kind + "\", standard_deviation = 0.1, classes = 9}"));
-    const BuiltScene built = build_scene(datasets::load_scene(file));
+    const calibrate::BuiltScene built = calibrate::build_scene(datasets::load_scene(file));
     ASSERT_EQ(built.kinds[0].types.size(), 9u);
     double mean = 0.0, square = 0.0;
     for (const int type : built.kinds[0].types) {
@@ -266,10 +269,10 @@ TEST(SceneRun, PhaseSetsFrictionOnlyForItself) {
   const auto scene = datasets::load_scene(folder.write(
       "scene.toml", with(small_scene(), "restitution = 0.2", "restitution = 0.2\nfriction = 0.0")));
   sim::SurfaceTable surfaces;
-  use_surfaces(scene, scene.phases[0], surfaces);
+  calibrate::use_surfaces(scene, scene.phases[0], surfaces);
   EXPECT_EQ(surfaces.of(0, 0).friction, 0.0);
   EXPECT_EQ(surfaces.of(0, 1).restitution, 0.2);
-  use_surfaces(scene, scene.phases[1], surfaces);
+  calibrate::use_surfaces(scene, scene.phases[1], surfaces);
   EXPECT_EQ(surfaces.of(0, 1).friction, 0.3);
   EXPECT_EQ(surfaces.of(0, 0).restitution, 0.5);
 }
@@ -288,7 +291,9 @@ TEST(SceneRun, RollingFrictionAndTheFormOfTheLawAreUsed) {
       "spin_rad_per_s = [0, 20, 0]\n";
   const std::string rolls =
       with(text, "second = \"wall\"\n", "second = \"wall\"\nrolling_friction = 0.1\n");
-  const auto speed = [](const SceneRun& run) { return run.scene.bodies.at(0).velocity.x(); };
+  const auto speed = [](const calibrate::SceneRun& run) {
+    return run.scene.bodies.at(0).velocity.x();
+  };
   EXPECT_NEAR(speed(run_text(text)), 0.2, 1e-3);
   EXPECT_NEAR(speed(run_text(rolls)), 0.2 - 5.0 / 7.0 * 0.1 * 9.81 * 0.1, 1e-3);
   EXPECT_NEAR(run_text(text).contacts.at(0).overlap /
@@ -343,7 +348,7 @@ TEST(Lattice, StandsOnlyWhereParticlesCanFall) {
               "low_mm = [-35, -35, 0]\nhigh_mm = [35, 35, 200]",
               "low_mm = [-200, 0]\nhigh_mm = [200, 300]");
   text = with(text, "longest_s = 2.0", "longest_s = 0.01");
-  const SceneRun run = run_text(text);
+  const calibrate::SceneRun run = run_text(text);
   for (const sim::Body& body : run.scene.bodies) {
     EXPECT_GT(body.position.z(), std::abs(body.position.x()));
   }

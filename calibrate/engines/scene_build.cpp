@@ -1,4 +1,4 @@
-#include "app/scene_build.h"
+#include "calibrate/engines/scene_build.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "sim/profile.h"
 #include "sim/restitution.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 namespace {
 
@@ -315,4 +315,4 @@ void start_walls(const SceneFile& file,
   }
 }
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate

@@ -1,4 +1,4 @@
-#include "app/scene_fill.h"
+#include "calibrate/engines/scene_fill.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "datasets/input_error.h"
 #include "sim/neighbours.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 namespace {
 
@@ -280,4 +280,4 @@ void check_start(const SceneFile& file, const BuiltScene& built) {
   }
 }
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate

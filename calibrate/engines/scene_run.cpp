@@ -1,4 +1,4 @@
-#include "app/scene_run.h"
+#include "calibrate/engines/scene_run.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 
 #include "datasets/input_error.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 namespace {
 
@@ -382,4 +382,4 @@ SceneRun run_scene(const SceneFile& file, const SceneRunOptions& options) {
   }
 }
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate

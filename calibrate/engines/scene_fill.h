@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "app/scene_build.h"
+#include "calibrate/engines/scene_build.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 using Generator = boost::random::mt19937_64;
 
@@ -40,4 +40,4 @@ std::optional<sim::Body> rain_drop(const datasets::SceneFile& file,
 // than a particle does that rests on the ground, or that lies behind a plane.
 void check_start(const datasets::SceneFile& file, const BuiltScene& built);
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate

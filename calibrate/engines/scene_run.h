@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "app/scene_fill.h"
+#include "calibrate/engines/scene_fill.h"
 #include "sim/contact_summary.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 struct SceneRunOptions {
   std::uint64_t seed = 1;
@@ -74,4 +74,4 @@ struct SceneRun {
 // bits.
 SceneRun run_scene(const datasets::SceneFile& file, const SceneRunOptions& options);
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate

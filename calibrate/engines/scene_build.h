@@ -8,7 +8,7 @@
 #include "sim/simulation.h"
 #include "sim/surface_error.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 // A ball around all spheres of a type, in its body frame.
 struct EnclosingBall {
@@ -47,4 +47,4 @@ void start_walls(const datasets::SceneFile& file,
                  double time,
                  sim::Simulation& simulation);
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate
