@@ -1,18 +1,18 @@
 // graintruth check: what a calibration of this experiment will do, what stands in its way, and how
 // long it may take. Tracks nothing and calibrates nothing.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
+#include <array>
 #include <cmath>
-#include <numbers>
 
 #include "app/commands.h"
 #include "app/first_frame.h"
 #include "app/given_data.h"
-#include "calibrate/bin_calibration.h"
 #include "calibrate/calibration.h"
-#include "calibrate/dem_simulator.h"
+#include "calibrate/engines/scene_build.h"
+#include "calibrate/parameters.h"
 #include "datasets/input_error.h"
 #include "datasets/joint_experiment.h"
 #include "datasets/run_folder.h"
@@ -22,6 +22,7 @@ namespace graintruth::app {
 
 namespace {
 
+using datasets::BeginsFrom;
 using datasets::Experiment;
 
 // Sentences, gathered: what makes the calibration impossible, and what makes it doubtful.
@@ -30,43 +31,40 @@ struct Findings {
   std::vector<std::string> doubtful;
 };
 
-constexpr double trial_time_limit = 30.0;  // s for the one simulation that is timed
-constexpr int usual_replicates = 5;        // the thesis's number; t falls slowly from there on
-// Of a bin: nine films of 200 plates took half an hour on two cores, 3 s a simulation. Beside the
-// evaluations of the search there are the time step, the choice and the confirmation.
-constexpr double bin_seconds_per_plate = 3.0 / 200.0;
-constexpr double bin_overhead = 2.0;
+constexpr double trial_time_limit = 30.0;    // s for the one simulation that is timed
+constexpr int usual_replicates = 5;          // the thesis's number; t falls slowly from there on
 constexpr double blurred_residual = 0.5e-3;  // m; ten times what well placed dots leave
 
-double last_time(const Experiment& experiment) {
-  return experiment.measurement.frame_interval * (experiment.measurement.frames - 1);
+// At stated moments, instead of until the flow ends.
+bool is_measured_at_moments(const Experiment& experiment) {
+  return experiment.rig.begins_from != BeginsFrom::each_replicate;
 }
 
 void print_what(const Experiment& experiment) {
   const datasets::Particle& particle = experiment.particle;
   fmt::print("{}\n", experiment.title);
-  const std::string shape = particle.plate ? fmt::format("plate {:.4g} mm x {:.4g} mm (half axes)",
-                                                         1e3 * particle.plate->semi_major,
-                                                         1e3 * particle.plate->semi_minor)
-                                           : fmt::format("{} ball(s)", particle.spheres.size());
-  fmt::print("particles   {} of {}, {:.4g} g each\n", particle.count, shape, 1e3 * particle.mass);
-  fmt::print("rig         {} walls{}, panes {:.4g} mm apart\n",
-             experiment.rig.walls.size(),
-             experiment.rig.piston
-                 ? fmt::format(", a piston at {:.4g} mm/s", 1e3 * experiment.rig.piston->velocity_z)
-                 : std::string(),
-             1e3 * experiment.rig.front_back_gap);
-  if (experiment.rig.bin) {
-    fmt::print("compared    {} films: flow rates, what stays behind, velocity profiles\n",
-               experiment.replicates.size());
-  } else {
-    fmt::print("compared    {} replicates at {} moments, 0 to {:.4g} s from the start event\n",
-               experiment.replicates.size(),
-               experiment.measurement.frames,
-               last_time(experiment));
-  }
-  const calibrate::ParameterSet bench = calibrate::bench_parameters(experiment);
-  for (const std::string_view name : calibrate::parameter_names) {
+  fmt::print("particles   {} of {} sphere(s), {:.4g} mm long, {:.4g} g each\n",
+             particle.count,
+             calibrate::spheres_of(particle.model).size(),
+             1e3 * particle.length,
+             1e3 * particle.mass);
+  const double gap = experiment.rig.front_back_gap;
+  fmt::print("rig         {}, {} walls{}\n",
+             experiment.rig.kind,
+             experiment.replicates.front().rig.scene.walls.size(),
+             gap > 0.0 ? fmt::format(", panes {:.4g} mm apart", 1e3 * gap) : std::string());
+  std::vector<std::string> observables;
+  for (const auto& observable : experiment.measurement.observables)
+    observables.push_back(observable.name);
+  fmt::print("compared    {}, of {} replicates{}\n",
+             fmt::join(observables, ", "),
+             experiment.replicates.size(),
+             is_measured_at_moments(experiment)
+                 ? fmt::format(" at {} moments, 0 to {:.4g} s from the start event",
+                               experiment.measurement.frames,
+                               experiment.measurement.last_time())
+                 : std::string(" until the flow ends"));
+  for (const auto& [name, value] : datasets::bench_parameters(experiment)) {
     const auto tuned = std::find_if(experiment.tuned.begin(),
                                     experiment.tuned.end(),
                                     [&](const auto& each) { return each.name == name; });
@@ -79,22 +77,26 @@ void print_what(const Experiment& experiment) {
                                                 tuned->prior->value,
                                                 tuned->prior->standard_uncertainty)
                                   : std::string();
-    fmt::print("{:<28} {} {:.4g}{}\n", name, what, value_of(bench, name), prior);
+    fmt::print("{:<28} {} {:.4g}{}\n", name, what, value, prior);
   }
+  fmt::print(
+      "not offered cohesion, liquid between grains, air drag, breakage, wear and heat: grains "
+      "that need them are not described by any parameter\n");
 }
 
 // What the search will have to work with.
 void check_search(const Experiment& experiment, Findings& findings) {
   const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
   const auto count = static_cast<int>(experiment.replicates.size());
-  if (count < usual_replicates && !experiment.rig.bin) {  // a bin's films differ in their orifices
+  // Replicates with settings of their own are not repeats of each other
+  if (count < usual_replicates && experiment.replicates.front().rig.settings.empty()) {
     doubt(fmt::format(
         "{} replicates make wide intervals; {} or more are usual.", count, usual_replicates));
   }
   if (experiment.tuned.empty()) doubt("Nothing is to be tuned; 'graintruth validate' is enough.");
-  const calibrate::ParameterSet bench = calibrate::bench_parameters(experiment);
+  const calibrate::ParameterSet bench = datasets::bench_parameters(experiment);
   for (const datasets::TunedParameter& tuned : experiment.tuned) {
-    const double value = value_of(bench, tuned.name);
+    const double value = bench.of(tuned.name);
     if (value < tuned.lower || value > tuned.upper) {
       doubt(fmt::format("The bench value {:.4g} of {} lies outside the bounds of its search.",
                         value,
@@ -110,37 +112,31 @@ void check_search(const Experiment& experiment, Findings& findings) {
 
 void check_particle(const Experiment& experiment, Findings& findings) {
   const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
-  double radius = 0.0;  // half of its thickness between the panes
-  double volume = 0.0;  // at most: balls of a particle may overlap
-  for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
-    radius = std::max(radius, sphere.radius);
-    volume += 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3);
-  }
-  if (const auto& plate = experiment.particle.plate) {
-    radius = 0.5 * plate->thickness;
-    volume = std::numbers::pi * plate->semi_major * plate->semi_minor * plate->thickness;
-  }
-  if (experiment.rig.front_back_gap < 2.0 * radius)
+  const datasets::Particle& particle = experiment.particle;
+  const double gap = experiment.rig.front_back_gap;
+  if (gap > 0.0 && gap < particle.thickness)
     doubt("The panes are closer together than a particle is thick.");
-  if (experiment.rig.front_back_gap > 3.0 * radius)
+  if (gap > 1.5 * particle.thickness)
     doubt("The panes leave room for particles to pass behind each other; one layer is simulated.");
-  const double density = experiment.particle.mass / volume;
+  const double volume = particle.seen_area * particle.thickness;  // at most: it may be rounded
+  const double density = particle.mass / volume;
   if (density < 100.0 || density > 20000.0) {
     doubt(fmt::format("The mass makes a density of at least {:.3g} kg/m3: look at mass and radii.",
                       density));
   }
 }
 
-void check_film(const Experiment& experiment,
-                const datasets::Replicate& replicate,
-                const std::filesystem::path& picture,
-                Findings& findings) {
+// How long the film lasts, s, where it can be read.
+std::optional<double> check_film(const Experiment& experiment,
+                                 const datasets::Replicate& replicate,
+                                 const std::filesystem::path& picture,
+                                 Findings& findings) {
   FirstFrame frame;
   try {
     frame = look_at_first_frame(experiment, replicate, picture);
   } catch (const datasets::InputError& error) {
     findings.missing.emplace_back(error.what());
-    return;
+    return std::nullopt;
   }
   const std::string& film = replicate.video.string();
   const double length = frame.declared_frames / experiment.camera.frame_rate;
@@ -170,14 +166,14 @@ void check_film(const Experiment& experiment,
                     film,
                     1e3 * *frame.residual));
   }
-  // A bin is measured until it has run out, however long that takes.
-  if (!experiment.rig.bin && frame.declared_frames > 0 && length < last_time(experiment)) {
+  const double last = experiment.measurement.last_time();
+  if (is_measured_at_moments(experiment) && frame.declared_frames > 0 && length < last) {
     findings.missing.push_back(fmt::format(
         "{}: the film lasts {:.2f} s, but the comparison needs {:.2f} s after the start event; "
         "lower measure.frames or film for longer.",
         film,
         length,
-        last_time(experiment)));
+        last));
   }
   const double declared = frame.declared_frame_rate;
   if (declared > 0.0 && std::abs(declared / experiment.camera.frame_rate - 1.0) > 0.01) {
@@ -188,37 +184,66 @@ void check_film(const Experiment& experiment,
                     declared,
                     experiment.camera.frame_rate));
   }
+  return length;
 }
 
-// Where the particles start: as the file says, else as the tracks show.
-std::optional<calibrate::StartPoses> starts_of(const Experiment& experiment,
-                                               const std::vector<datasets::Trajectories>& tracks) {
-  if (tracks.size() == experiment.replicates.size()) return calibrate::measure_starts(tracks);
-  if (experiment.starts.empty()) return std::nullopt;
-  calibrate::StartPoses starts{.standard_deviation = {0.0, 0.0, 0.0}};
-  for (const datasets::StartPlace& start : experiment.starts)
-    starts.mean.push_back({start.x, start.z, start.angle});
-  return starts;
+// What is known of a film before it is tracked: how long it lasts, and where the particles start if
+// the experiment file says so.
+datasets::Recording before_tracking(const Experiment& experiment, double film_length) {
+  datasets::Recording recording;
+  if (experiment.rig.begins_from == BeginsFrom::each_replicate) {
+    recording.discharge = datasets::DischargeCurve{.time = {0.0, film_length}, .mass = {0.0, 0.0}};
+    return recording;
+  }
+  datasets::Trajectories tracks =
+      datasets::make_trajectories(1, static_cast<int>(experiment.starts.size()), false);
+  for (std::size_t n = 0; n < experiment.starts.size(); ++n) {
+    const datasets::StartPlace& start = experiment.starts[n];
+    tracks.poses[n] = {start.x, start.z, start.angle};
+  }
+  recording.tracks = std::move(tracks);
+  return recording;
 }
 
-// Simulations that a calibration asks for at most, in its numbered steps, and what they cost in
-// units of one simulation at the largest time step.
-struct Work {
-  int simulations = 0;
-  double cost = 0.0;
-};
-
-Work work_of(const Experiment& experiment, int budget) {
-  const calibrate::CalibrationOptions options;
-  const int places = 2 * options.gate_seeds;
-  const int time_step = 3 * places;                     // at 1, 1/2 and 1/4 of the time step
-  const int half_step = options.confirmation_seeds;     // of the winner; twice the cost
-  const int friction = 4 * options.confirmation_seeds;  // the thesis's frictions
-  const bool searches = !experiment.tuned.empty();
-  const int rest =
-      (searches ? budget * options.search_seeds + calibrate::choice_simulations(options) : 0) +
-      options.confirmation_seeds + friction;
-  return {time_step + rest + half_step, places * (1.0 + 2.0 + 4.0) + rest + 2.0 * half_step};
+// What one replicate brings, printed; nothing where it cannot be used.
+std::optional<datasets::Recording> look_at(const Experiment& experiment,
+                                           const datasets::Replicate& replicate,
+                                           const std::filesystem::path& out,
+                                           Findings& findings) {
+  datasets::Recording recording;
+  try {
+    recording = read_given_data(experiment, replicate);
+  } catch (const datasets::InputError& error) {
+    findings.missing.emplace_back(error.what());
+    return std::nullopt;
+  }
+  if (const auto& tracks = recording.tracks) {
+    fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
+               replicate.name,
+               tracks->particles,
+               tracks->frames(),
+               tracks->time.front(),
+               tracks->time.back());
+  }
+  if (const auto& discharge = recording.discharge) {
+    fmt::print("{:<11} {:.4g} g leave between {:.4g} and {:.4g} s\n",
+               replicate.name,
+               1e3 * (discharge->mass.back() - discharge->mass.front()),
+               discharge->time.front(),
+               discharge->time.back());
+  }
+  for (const auto& [name, curve] : recording.curves)
+    fmt::print("{:<11} {} values of {}\n", replicate.name, curve.value.size(), name);
+  if (replicate.video.empty()) return recording;
+  const auto length =
+      check_film(tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate),
+                 replicate,
+                 out / "check" / (replicate.name + ".png"),
+                 findings);
+  if (!length) return std::nullopt;
+  datasets::Recording film = before_tracking(experiment, *length);
+  film.curves = std::move(recording.curves);
+  return film;
 }
 
 std::string duration_text(double seconds) {
@@ -228,24 +253,28 @@ std::string duration_text(double seconds) {
 }
 
 // Times one simulation in the middle of the bounds, and multiplies.
-void estimate(const CheckCommand& command,
-              const Experiment& experiment,
-              const std::optional<calibrate::StartPoses>& starts,
-              Findings& findings) {
-  const int budget = command.budget > 0 ? command.budget : calibrate::CalibrationOptions{}.budget;
-  const Work work = work_of(experiment, budget);
-  fmt::print(
-      "to come     about {} simulations for a budget of {} evaluations", work.simulations, budget);
-  if (!starts) {
-    fmt::print("; their time is not known before the films are tracked (no [[start]] is given)\n");
+void estimate(const CheckCommand& command, const calibrate::Problem& problem, Findings& findings) {
+  const Experiment& experiment = problem.experiment;
+  const std::array experiments = {calibrate::CalibratedExperiment{experiment.name, &problem}};
+  calibrate::CalibrationOptions options = calibrate::default_options(experiments);
+  if (command.budget > 0) options.budget = command.budget;
+  if (experiment.tuned.empty()) options.budget = 0;
+  const double cost = calibrate::expected_cost(experiments, options);
+  fmt::print("to come     {} evaluations, with all else as long as {:.0f} simulations",
+             options.budget,
+             cost);
+  const calibrate::ParameterSpace space(experiment.tuned, datasets::bench_parameters(experiment));
+  const std::size_t scene = problem.calibrated_scenes[problem.calibrated_scenes.size() / 2];
+  const calibrate::EngineRun run = problem.engine->run(
+      problem.spec_of(scene,
+                      space.from_unit(std::vector<double>(space.dimension(), 0.5)),
+                      options.largest_time_step_fraction,
+                      command.common.seed),
+      {.time_limit = trial_time_limit});
+  if (run.status == calibrate::RunStatus::timed_out) {
+    fmt::print("; one takes more than {:.0f} s here\n", trial_time_limit);
     return;
   }
-  const calibrate::ParameterSpace space(experiment.tuned, calibrate::bench_parameters(experiment));
-  const calibrate::SimulatedRun run =
-      calibrate::make_dem_simulator(experiment, *starts, {.time_limit = trial_time_limit})(
-          {space.from_unit(std::vector<double>(space.dimension(), 0.5)),
-           calibrate::largest_time_step_fraction(experiment),
-           command.common.seed});
   if (run.status != calibrate::RunStatus::completed) {
     fmt::print("\n");
     findings.doubtful.push_back(
@@ -258,83 +287,55 @@ void estimate(const CheckCommand& command,
       "; one took {:.2g} s here at the largest time step, so about {} on {} core(s), up to four "
       "times that if a smaller step turns out to be needed, besides tracking\n",
       run.seconds,
-      duration_text(work.cost * run.seconds / jobs),
+      duration_text(cost * run.seconds / jobs),
       jobs);
+}
+
+// Whether what is simulated is known before films are tracked.
+bool is_start_known(const Experiment& experiment) {
+  return experiment.rig.begins_from != BeginsFrom::mean_of_replicates ||
+         !experiment.starts.empty() ||
+         std::all_of(experiment.replicates.begin(),
+                     experiment.replicates.end(),
+                     [](const auto& replicate) { return replicate.video.empty(); });
 }
 
 // Prints what is found of one experiment; pictures go below `out`.
 Findings look_at(const CheckCommand& command,
-                 const Experiment& experiment,
+                 Experiment experiment,
                  const std::filesystem::path& out) {
   // 1. What the file says
   Findings findings;
+  calibrate::complete_particle(experiment);
   print_what(experiment);
   check_search(experiment, findings);
   check_particle(experiment, findings);
 
   // 2. Films and tracks
-  std::vector<datasets::Trajectories> tracks;
-  std::vector<calibrate::BinRecord> records;
+  std::vector<datasets::Recording> recordings;
+  bool is_all_given = true;
   for (const datasets::Replicate& replicate : experiment.replicates) {
-    if (!replicate.video.empty()) {
-      const Experiment recorded =
-          tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
-      check_film(recorded, replicate, out / "check" / (replicate.name + ".png"), findings);
-      continue;
-    }
-    try {
-      if (!replicate.discharge.empty()) {
-        const datasets::DischargeCurve curve = read_given_curve(experiment, replicate);
-        fmt::print("{:<11} {:.4g} g leave between {:.4g} and {:.4g} s\n",
-                   replicate.name,
-                   1e3 * (curve.mass.back() - curve.mass.front()),
-                   curve.time.front(),
-                   curve.time.back());
-        records.push_back({{}, curve});
-        continue;
-      }
-      tracks.push_back(read_given_tracks(experiment, replicate));
-      records.push_back({tracks.back(), std::nullopt});
-      fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
-                 replicate.name,
-                 tracks.back().particles,
-                 tracks.back().frames(),
-                 tracks.back().time.front(),
-                 tracks.back().time.back());
-    } catch (const datasets::InputError& error) {
-      findings.missing.emplace_back(error.what());
-    }
-  }
-  if (findings.missing.empty() && records.size() == experiment.replicates.size()) {
-    try {
-      if (experiment.rig.bin) {
-        const auto problem = calibrate::make_bin_problem(experiment, records);
-        findings.doubtful.insert(
-            findings.doubtful.end(), problem.warnings.begin(), problem.warnings.end());
-      } else {
-        calibrate::make_problem(experiment, tracks);
-      }
-    } catch (const datasets::InputError& error) {
-      findings.missing.emplace_back(error.what());
-    }
+    const auto recording = look_at(experiment, replicate, out, findings);
+    if (recording) recordings.push_back(*recording);
+    is_all_given = is_all_given && replicate.video.empty();
   }
 
   // 3. What it will cost
-  if (findings.missing.empty() && experiment.rig.bin) {
-    const int budget = command.budget > 0 ? command.budget : calibrate::bin_options().budget;
-    const int jobs = threads_of(command.common);
-    const double seconds = bin_seconds_per_plate * experiment.particle.count;
+  if (findings.missing.empty() && !is_start_known(experiment)) {
     fmt::print(
-        "to come     a simulation of every film for each of {} evaluations; {} particles take some "
-        "{:.2g} s a film, so these {} film(s) about {} on {} core(s), besides tracking\n",
-        budget,
-        experiment.particle.count,
-        seconds,
-        experiment.replicates.size(),
-        duration_text(bin_overhead * budget * seconds * experiment.replicates.size() / jobs),
-        jobs);
+        "to come     a calibration whose time is not known before the films are tracked (no "
+        "[[start]] is given)\n");
   } else if (findings.missing.empty()) {
-    estimate(command, experiment, starts_of(experiment, tracks), findings);
+    try {
+      const calibrate::Problem problem = is_all_given
+                                             ? calibrate::make_problem(experiment, recordings)
+                                             : calibrate::plan_problem(experiment, recordings);
+      findings.doubtful.insert(
+          findings.doubtful.end(), problem.warnings.begin(), problem.warnings.end());
+      estimate(command, problem, findings);
+    } catch (const datasets::InputError& error) {
+      findings.missing.emplace_back(error.what());
+    }
   }
 
   // 4. Verdict
@@ -360,8 +361,7 @@ std::size_t look_at_all(const CheckCommand& command) {
         look_at(command, part.experiment, folder_for(command, joint.common) / name).missing.size();
   }
   fmt::print(
-      "\nEvery evaluation simulates all of them: what is to come is the sum of the above, with the "
-      "number of evaluations of the bin, if there is one.\n");
+      "\nEvery evaluation simulates all of them: what is to come is about the sum of the above.\n");
   return missing;
 }
 

@@ -40,9 +40,6 @@ void set(data& values, const std::string& name, double value) {
   values.set(name, number_text(value));
 }
 
-// Turned so that the long axis x stands up: x to z, z to -x.
-sim::Vec3 upright(const sim::Vec3& v) { return {-v.z(), v.y(), v.x()}; }
-
 // Without the minus of a zero, which would only puzzle.
 std::string coordinate(double value) { return number_text(value == 0.0 ? 0.0 : value); }
 
@@ -57,14 +54,14 @@ double volume_of_spheres(const sim::Clump& clump) {
   return volume;
 }
 
-data sphere_list(const sim::Clump& clump) {
+data sphere_list(const sim::Clump& clump, const Drop& drop) {
   data spheres = data::type::list;
   const double density = clump.mass / volume_of_spheres(clump);
   int number = 0;
   for (const sim::ElementSphere& sphere : clump.spheres) {
     data row = data::type::object;
     row.set("number", std::to_string(++number));
-    const sim::Vec3 turned = upright(sphere.centre);
+    const sim::Vec3 turned = drop.upright * sphere.centre;
     for (int axis = 0; axis < 3; ++axis) {
       const std::string name(1, "xyz"[axis]);
       row.set(name, coordinate(sphere.centre[axis]));
@@ -81,13 +78,13 @@ data sphere_list(const sim::Clump& clump) {
 void set_particle(data& values, const ExportedRun& run) {
   const sim::Clump& clump = run.particle;
   values.set("particle", true);
-  values.set("is_plate", run.is_plate);
+  values.set("has_own_inertia", run.has_own_inertia);
   values.set("is_softened", run.material.youngs_modulus < run.material_modulus);
   values.set("material_modulus", fmt::format("{:.6g}", run.material_modulus));
   set(values, "youngs_modulus", run.material.youngs_modulus);
   values.set("is_clump", clump.spheres.size() > 1);
   values.set("sphere_count", std::to_string(clump.spheres.size()));
-  values.set("spheres", sphere_list(clump));
+  values.set("spheres", sphere_list(clump, drop_of(run)));
   set(values, "mass", clump.mass);
   set(values, "volume", clump.volume);
   set(values, "density", clump.mass / clump.volume);
@@ -97,16 +94,16 @@ void set_particle(data& values, const ExportedRun& run) {
 }
 
 void set_contact(data& values, const ExportedRun& run) {
+  const sim::Surfaces surfaces{.restitution = run.restitution()};
   const sim::PairMaterial pair = sim::mix(run.material,
                                           run.material,
-                                          {.restitution = run.parameters.restitution},
+                                          surfaces,
                                           sim::Tension::clipped,
                                           sim::SimulationOptions{}.tangential_damping);
   set(values, "wall_modulus", 1e6 * run.material.youngs_modulus);
   set(values, "poisson_ratio", run.material.poisson_ratio);
   set(values, "tangential_damping", pair.tangential_damping);
-  for (const std::string_view name : calibrate::parameter_names)
-    set(values, std::string(name), value_of(run.parameters, name));
+  for (const auto& [name, value] : run.parameters) set(values, name, value);
   set(values, "gravity", run.gravity);
   set(values, "time_step", run.time_step);
 }
@@ -122,7 +119,8 @@ void set_drop(data& values, const ExportedRun& run) {
   set(values, "start_high", drop.start_height + point);
   double mean_centre = drop.start_height;
   for (const sim::ElementSphere& sphere : run.particle.spheres)
-    mean_centre += sphere.centre.x() / static_cast<double>(run.particle.spheres.size());
+    mean_centre +=
+        (drop.upright * sphere.centre).z() / static_cast<double>(run.particle.spheres.size());
   set(values, "mean_centre_low", mean_centre - point);
   set(values, "mean_centre_high", mean_centre + point);
   set(values, "point", point);
@@ -138,7 +136,7 @@ void set_drop(data& values, const ExportedRun& run) {
 
 void set_rebound(data& values, const ExportedRun& run, const Rebound& rebound) {
   const auto four_digits = [](double value) { return fmt::format("{:.4f}", value); };
-  const double asked = run.parameters.restitution;
+  const double asked = run.restitution();
   values.set("rebound", four_digits(rebound(asked, 1)));
   values.set("rebound_of_two", four_digits(rebound(asked, 2)));
   const auto better = restitution_to_ask([&](double e) { return rebound(e, 1); }, asked);
@@ -204,12 +202,12 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
   std::vector<std::string> names;
   if (target == "liggghts") {
     constexpr double least = 0.05;  // LIGGGHTS stops with an error there
-    if (run.parameters.restitution <= least) {
+    if (run.restitution() <= least) {
       throw datasets::InputError(fmt::format(
           "{}: the restitution is {}, but LIGGGHTS takes none of {} or less; export to lammps or "
           "yade, or raise it in result.json.",
           folder.result().string(),
-          number_text(run.parameters.restitution),
+          number_text(run.restitution()),
           least));
     }
     engine = "LIGGGHTS";

@@ -39,7 +39,12 @@ std::vector<sim::ElementSphere> read_spheres(const datasets::RunFolder& folder, 
                       "radius_m.",
                       folder.run().string()));
     }
-    spheres.push_back({sim::Vec3(offset, 0.0, 0.0), radius});
+    // Of those off the long axis
+    const auto across = [&](std::string_view axis) {
+      const double value = reports::number(sphere, {axis});
+      return std::isfinite(value) ? value : 0.0;
+    };
+    spheres.push_back({sim::Vec3(offset, across("y_m"), across("z_m")), radius});
   }
   if (spheres.empty()) {
     throw datasets::InputError(
@@ -50,7 +55,7 @@ std::vector<sim::ElementSphere> read_spheres(const datasets::RunFolder& folder, 
   return spheres;
 }
 
-// Of the run's particle. A plate's inertia is not that of the spheres that stand for it.
+// Of the run's particle. The inertia of a flat one is not that of the spheres that stand for it.
 sim::MassChoice read_mass(const datasets::RunFolder& folder, const Json& run) {
   sim::MassChoice choice{.mass =
                              positive(folder.run(), run, {"configuration", "particle", "mass_kg"})};
@@ -68,8 +73,7 @@ sim::MassChoice read_mass(const datasets::RunFolder& folder, const Json& run) {
   return choice;
 }
 
-// A bin is simulated with softer particles than the experiment's, for which its parameters and its
-// time step hold.
+// Where grains are simulated softer than the experiment's, parameters and time step hold for those.
 double simulated_modulus(const datasets::RunFolder& folder,
                          const reports::RunData& data,
                          double of_experiment) {
@@ -110,10 +114,10 @@ ExportedRun read_exported_run(const datasets::RunFolder& folder) {
   run.material.poisson_ratio =
       reports::number(data.run, {"configuration", "material", "poisson_ratio"});
   const sim::MassChoice mass = read_mass(folder, data.run);
-  run.is_plate = mass.inertia.has_value();
+  run.has_own_inertia = mass.inertia.has_value();
   try {
     sim::check(run.material);
-    sim::check(sim::Surfaces{.restitution = run.parameters.restitution});
+    sim::check(sim::Surfaces{.restitution = run.restitution()});
     run.particle = sim::make_clump(read_spheres(folder, data.run), mass);
   } catch (const std::invalid_argument& error) {
     throw datasets::InputError(
@@ -127,12 +131,23 @@ Drop drop_of(const ExportedRun& run) {
   constexpr double durations = 10.0;
   Drop drop;
   const sim::Clump& clump = run.particle;
+  bool is_axial = true;
+  for (const sim::ElementSphere& sphere : clump.spheres)
+    is_axial = is_axial && sphere.centre.y() == 0.0 && sphere.centre.z() == 0.0;
   for (std::size_t i = 0; i < clump.spheres.size(); ++i) {
-    const double below = clump.spheres[i].radius - clump.spheres[i].centre.x();
-    if (below > drop.touch_height) {
-      drop.touch_height = below;
+    const auto& [centre, radius] = clump.spheres[i];
+    const double reach = radius + (is_axial ? -centre.x() : centre.norm());
+    if (reach > drop.touch_height) {
+      drop.touch_height = reach;
       drop.sphere = i;
     }
+  }
+  // x to z, z to -x; or else what leads from the sphere's centre down
+  drop.upright << 0, 0, -1, 0, 1, 0, 1, 0, 0;
+  const sim::Vec3& lands = clump.spheres[drop.sphere].centre;
+  if (!is_axial && lands.norm() > 0.0) {
+    drop.upright =
+        Eigen::Quaterniond::FromTwoVectors(lands, -sim::Vec3::UnitZ()).toRotationMatrix();
   }
   drop.speed = std::sqrt(2.0 * run.gravity * 0.1 * 2.0 * largest_radius(clump));
   const double nu = run.material.poisson_ratio;

@@ -49,7 +49,7 @@ std::string hash_of(const datasets::Experiment& experiment, const std::string& f
   for (const auto& wall : experiment.rig.walls) {
     for (const double value : {wall.from_x, wall.from_z, wall.to_x, wall.to_z}) append(value);
   }
-  if (const auto& piston = experiment.rig.piston) {
+  if (const auto& piston = experiment.rig.moving_face) {
     for (const double value : {piston->face_z, piston->left_x, piston->right_x, piston->velocity_z})
       append(value);
   }
@@ -57,9 +57,10 @@ std::string hash_of(const datasets::Experiment& experiment, const std::string& f
     for (const double value : {plate->semi_major, plate->semi_minor, plate->thickness})
       append(value);
   }
-  if (const auto& bin = experiment.rig.bin) {
-    for (const double value : {bin->width, bin->height, bin->orifice_width}) append(value);
-  }
+  if (const auto& bed = experiment.rig.bed)
+    for (const double value : {bed->left_x, bed->right_x, bed->height}) append(value);
+  if (const auto& opening = experiment.rig.opening)
+    for (const double value : {opening->left_x, opening->right_x, opening->z}) append(value);
   append(experiment.rig.gravity);
   return datasets::content_hash(text);
 }
@@ -213,20 +214,16 @@ Json track_film(const datasets::Experiment& experiment,
 // films of which no frame can be read. The tracks are empty where there is a film.
 TrackedFilms look_at_inputs(const datasets::Experiment& experiment) {
   TrackedFilms films;
+  films.is_smeared.assign(experiment.replicates.size(), 0);
   bool filmed = false;
   for (const datasets::Replicate& replicate : experiment.replicates) {
-    films.tracks.emplace_back();
-    films.curves.emplace_back();
-    if (!replicate.video.empty()) {
-      filmed = true;
-      require_first_frame(experiment, replicate);
-    } else if (!replicate.tracks.empty()) {
-      films.tracks.back() = read_given_tracks(experiment, replicate);
-    } else {
-      films.curves.back() = read_given_curve(experiment, replicate);
-    }
+    films.recordings.push_back(read_given_data(experiment, replicate));
+    if (replicate.video.empty()) continue;
+    filmed = true;
+    require_first_frame(experiment, replicate);
   }
-  if (!filmed && !experiment.rig.bin) calibrate::make_problem(experiment, films.tracks);
+  if (!filmed && !experiment.measurement.observables.empty())
+    calibrate::make_problem(experiment, films.recordings);
   return films;
 }
 
@@ -286,16 +283,21 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
     const datasets::Replicate& replicate = experiment.replicates[i];
     const bool is_film = !replicate.video.empty();
     films.input_hashes[replicate.file().filename().string()] = hashes[i];
-    if (films.curves[i]) continue;
     if (!is_film) {
+      if (!films.recordings[i].tracks) continue;
       const std::filesystem::path copy = folder.tracks(replicate.name);
       std::error_code error;
       if (!std::filesystem::equivalent(copy, replicate.tracks, error))
-        datasets::write_tracks(copy, films.tracks[i]);
+        datasets::write_tracks(copy, *films.recordings[i].tracks);
       continue;
     }
     // Always read back from the file, so that a resumed run works with the same bits as the first.
-    films.tracks[i] = datasets::read_tracks(folder.tracks(replicate.name));
+    films.recordings[i].tracks = datasets::read_tracks(folder.tracks(replicate.name));
+    if (summaries[i].contains("bed")) {
+      // Only its bed at rest can be followed, and it would look as if all else had left
+      const Json& bed = summaries[i]["bed"];
+      films.is_smeared[i] = bed["discharged"].get<int>() + bed["remaining"].get<int>() == 0;
+    }
     for (const auto& warning : summaries[i]["warnings"]) {
       films.warnings.push_back(fmt::format("{}: {}", replicate.name, warning.get<std::string>()));
     }

@@ -8,17 +8,16 @@
 #include <vector>
 
 #include "app/progress.h"
-#include "datasets/discharge_curve.h"
 #include "datasets/experiment.h"
+#include "datasets/recording.h"
 #include "datasets/run_folder.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::app {
 
 struct TrackedFilms {
-  std::vector<datasets::Trajectories> tracks;  // in the order of the experiment file
-  // Of the same length; given where a replicate of a bin is a discharge curve, without tracks
-  std::vector<std::optional<datasets::DischargeCurve>> curves;
+  std::vector<datasets::Recording> recordings;  // in the order of the experiment file
+  std::vector<char> is_smeared;  // of the same length: moving particles cannot be followed
   std::map<std::string, std::string> input_hashes;  // file name -> content hash
   std::vector<std::string> warnings;
 };

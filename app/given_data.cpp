@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "datasets/curve_files.h"
+#include "datasets/discharge_curve.h"
 #include "datasets/input_error.h"
 #include "datasets/track_files.h"
 #include "tracking/link.h"
@@ -28,15 +30,6 @@ std::vector<Eigen::Vector2d> first_places(const datasets::Trajectories& tracks) 
   return places;
 }
 
-// Half the particle's smallest extent: particles that differ less in height lie in one row.
-double row_height(const datasets::Particle& particle) {
-  if (particle.plate) return particle.plate->semi_minor;
-  double radius = 0.0;
-  for (const datasets::AxialSphere& sphere : particle.spheres)
-    radius = std::max(radius, sphere.radius);
-  return radius;
-}
-
 datasets::Trajectories reordered(const datasets::Trajectories& tracks,
                                  const std::vector<int>& order) {
   datasets::Trajectories made =
@@ -55,8 +48,6 @@ datasets::Trajectories reordered(const datasets::Trajectories& tracks,
   return made;
 }
 
-}  // namespace
-
 datasets::Trajectories read_given_tracks(const datasets::Experiment& experiment,
                                          const datasets::Replicate& replicate) {
   const datasets::ReadTracks read = datasets::read_track_file(replicate.tracks, replicate.source);
@@ -64,10 +55,11 @@ datasets::Trajectories read_given_tracks(const datasets::Experiment& experiment,
   // Another number of particles than stated is said by whoever compares them.
   if (read.numbered_by_place || static_cast<int>(places.size()) != experiment.particle.count)
     return read.tracks;
+  // Particles that differ by less than half their extent in height lie in one row
   return reordered(
       read.tracks,
       tracking::number_by_start(
-          places, experiment.starts, experiment.particle.count, row_height(experiment.particle)));
+          places, experiment.starts, experiment.particle.count, experiment.particle.half_width));
 }
 
 datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment,
@@ -77,6 +69,19 @@ datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment
                                         {.event_time = replicate.source.event_time,
                                          .full_mass = particle.count * particle.mass,
                                          .particle_mass = particle.mass});
+}
+
+}  // namespace
+
+datasets::Recording read_given_data(const datasets::Experiment& experiment,
+                                    const datasets::Replicate& replicate) {
+  datasets::Recording recording;
+  if (!replicate.tracks.empty()) recording.tracks = read_given_tracks(experiment, replicate);
+  if (!replicate.discharge.empty()) recording.discharge = read_given_curve(experiment, replicate);
+  if (!replicate.curves.empty()) {
+    recording.curves = datasets::read_curves(replicate.curves, replicate.source.event_time);
+  }
+  return recording;
 }
 
 }  // namespace graintruth::app

@@ -42,7 +42,7 @@ void list(Journal& journal) {
     ++sum.count;
     sum.seconds += row.run.seconds;
   }
-  fmt::print("{:<16}  {:<14}  {:<10} {:>11} {:>9}\n",
+  fmt::print("{:<32}  {:<14}  {:<10} {:>11} {:>9}\n",
              "problem",
              "stage",
              "status",
@@ -52,11 +52,11 @@ void list(Journal& journal) {
   for (const auto& [key, sum] : sums) {
     const auto& [problem, stage, status] = key;
     fmt::print(
-        "{:<16}  {:<14}  {:<10} {:>11} {:>9.1f}\n", problem, stage, status, sum.count, sum.seconds);
+        "{:<32}  {:<14}  {:<10} {:>11} {:>9.1f}\n", problem, stage, status, sum.count, sum.seconds);
     all.count += sum.count;
     all.seconds += sum.seconds;
   }
-  fmt::print("{:<16}  {:<14}  {:<10} {:>11} {:>9.1f}\n", "all", "", "", all.count, all.seconds);
+  fmt::print("{:<32}  {:<14}  {:<10} {:>11} {:>9.1f}\n", "all", "", "", all.count, all.seconds);
 }
 
 void show(const std::filesystem::path& run_folder, Journal& journal, std::int64_t id) {
@@ -75,15 +75,14 @@ void show(const std::filesystem::path& run_folder, Journal& journal, std::int64_
   const auto line = [](std::string_view name, const std::string& value) {
     fmt::print("{:<28} {}\n", name, value);
   };
-  const calibrate::SimulationRequest& request = at->request;
   line("id", std::to_string(at->id));
+  line("fingerprint", at->fingerprint);
   line("problem", at->problem);
   line("stage", at->stage);
-  for (const std::string_view name : calibrate::parameter_names)
-    line(name, datasets::number_text(value_of(request.parameters, name)));
-  line("time_step_fraction", datasets::number_text(request.time_step_fraction));
+  for (const auto& [name, value] : at->parameters) line(name, datasets::number_text(value));
+  line("time_step_fraction", datasets::number_text(at->time_step_fraction));
   line("time_step_s", datasets::number_text(at->run.time_step));
-  line("seed", std::to_string(request.seed));
+  line("seed", std::to_string(at->seed));
   line("status", std::string(name_of(at->run.status)));
   if (!at->run.message.empty()) line("message", at->run.message);
   line("objective", datasets::number_text(at->objective));
@@ -122,7 +121,7 @@ void merge(const JournalCommand& command, Journal& journal) {
   int added = 0;
   int known = 0;
   for (const JournalRow& row : other.rows()) {
-    if (journal.find(row.problem, row.request)) {
+    if (journal.find(row.fingerprint)) {
       ++known;
     } else {
       journal.add(row);

@@ -3,7 +3,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/particle_model.h"
+#include "calibrate/engines/scene_build.h"
 
 namespace graintruth::app {
 
@@ -27,26 +27,32 @@ Json rig_json(const datasets::Rig& rig) {
   Json json = {{"walls", walls},
                {"front_back_gap_m", rig.front_back_gap},
                {"gravity_m_per_s2", rig.gravity}};
-  if (rig.piston) {
-    json["piston"] = {{"face_z_m", rig.piston->face_z},
-                      {"left_x_m", rig.piston->left_x},
-                      {"right_x_m", rig.piston->right_x},
-                      {"half_width_m", 0.5 * (rig.piston->right_x - rig.piston->left_x)},
-                      {"velocity_z_m_per_s", rig.piston->velocity_z}};
+  if (const auto& face = rig.moving_face) {
+    json["piston"] = {{"face_z_m", face->face_z},
+                      {"left_x_m", face->left_x},
+                      {"right_x_m", face->right_x},
+                      {"half_width_m", 0.5 * (face->right_x - face->left_x)},
+                      {"velocity_z_m_per_s", face->velocity_z}};
   }
   return json;
 }
 
 Json configuration_json(const datasets::Experiment& experiment) {
   Json spheres = Json::array();
-  for (const datasets::AxialSphere& sphere : calibrate::element_spheres(experiment.particle)) {
-    spheres.push_back({{"offset_m", sphere.offset}, {"radius_m", sphere.radius}});
+  for (const sim::ElementSphere& sphere : calibrate::spheres_of(experiment.particle.model)) {
+    Json entry = {{"offset_m", sphere.centre.x()}, {"radius_m", sphere.radius}};
+    // Of grains whose spheres do not lie on one axis
+    if (sphere.centre.y() != 0.0 || sphere.centre.z() != 0.0) {
+      entry["y_m"] = sphere.centre.y();
+      entry["z_m"] = sphere.centre.z();
+    }
+    spheres.push_back(std::move(entry));
   }
   Json particle = {{"count", experiment.particle.count},
                    {"mass_kg", experiment.particle.mass},
                    {"spheres", spheres}};
-  if (const auto inertia = calibrate::stated_inertia(experiment.particle))
-    particle["inertia_kg_m2"] = *inertia;
+  if (const auto& inertia = experiment.particle.model.inertia)
+    particle["inertia_kg_m2"] = {inertia->x(), inertia->y(), inertia->z()};
   Json fiducials = Json::array();
   for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
     fiducials.push_back(
@@ -62,16 +68,13 @@ Json configuration_json(const datasets::Experiment& experiment) {
     replicates.push_back(
         {{"name", replicate.name}, {"file", replicate.file().filename().string()}});
   }
-  const datasets::Material& material = experiment.material;
+  Json material = {{"elastic_modulus_pa", experiment.material.elastic_modulus},
+                   {"poisson_ratio", experiment.material.poisson_ratio}};
+  for (const auto& [name, bench] : experiment.material.bench) material[name] = bench_json(bench);
   return {{"title", experiment.title},
           {"note", experiment.note},
           {"particle", particle},
-          {"material",
-           {{"elastic_modulus_pa", material.elastic_modulus},
-            {"poisson_ratio", material.poisson_ratio},
-            {"friction_particle_particle", bench_json(material.friction_particle_particle)},
-            {"friction_particle_wall", bench_json(material.friction_particle_wall)},
-            {"restitution", bench_json(material.restitution)}}},
+          {"material", material},
           {"camera",
            {{"frame_rate_hz", experiment.camera.frame_rate},
             {"pixel_aspect", experiment.camera.pixel_aspect},

@@ -5,12 +5,10 @@
 
 #include <numeric>
 
-#include "app/bulk_summary.h"
 #include "app/interrupt.h"
-#include "calibrate/bin_simulator.h"
-#include "calibrate/dem_simulator.h"
-#include "reports/report.h"
+#include "calibrate/result_files.h"
 #include "datasets/store/fingerprint.h"
+#include "reports/report.h"
 
 namespace graintruth::app {
 
@@ -38,14 +36,12 @@ Session::Session(std::string verb, const CommonOptions& options, datasets::Exper
   record_.verb = std::move(verb);
   // Before any film is tracked for nothing
   if (record_.verb != "track") {
-    if (experiment_.rig.bin) {
-      calibrate::require_plates(experiment_);
-    } else {
-      calibrate::require_comparable(experiment_);
-    }
+    calibrate::complete_particle(experiment_);
+    calibrate::require_comparable(experiment_);
   }
   record_.started_at = utc_now();
   record_.jobs = threads_of(options);
+  executor_ = calibrate::make_executor("threads", record_.jobs);
   catch_interrupts();
 }
 
@@ -59,69 +55,62 @@ void Session::track() {
       datasets::file_hash(experiment_.file);
 }
 
-calibrate::Problem Session::problem() const {
-  return calibrate::make_problem(experiment_, films_.tracks);
-}
-
-calibrate::BinProblem Session::bin_problem() {
-  const BinFilms films = measurable_films(experiment_, films_, folder_);
-  if (!films.left_out.empty()) {
+Session::Measurable Session::measurable() {
+  Measurable measurable{experiment_, {}};
+  measurable.experiment.replicates.clear();
+  std::vector<std::string> left_out;
+  for (std::size_t i = 0; i < experiment_.replicates.size(); ++i) {
+    if (films_.is_smeared[i]) {
+      left_out.push_back(experiment_.replicates[i].name);
+      continue;
+    }
+    measurable.experiment.replicates.push_back(experiment_.replicates[i]);
+    measurable.recordings.push_back(films_.recordings[i]);
+  }
+  if (!left_out.empty()) {
     films_.warnings.push_back(
         fmt::format("{} left out: moving particles are smeared; film with a shorter exposure.",
-                    fmt::join(films.left_out, ", ")));
+                    fmt::join(left_out, ", ")));
   }
-  write_bulk_measurements(films, folder_);
-  calibrate::BinProblem problem = calibrate::make_bin_problem(films.experiment, films.records);
+  return measurable;
+}
+
+std::vector<std::string> Session::write_measured() {
+  const Measurable own = measurable();
+  return calibrate::write_measured(folder_, own.experiment, own.recordings);
+}
+
+calibrate::Problem Session::problem() {
+  const Measurable own = measurable();
+  calibrate::Problem problem = calibrate::make_problem(own.experiment, own.recordings);
+  calibrate::write_measured(folder_, own.experiment, own.recordings);
   films_.warnings.insert(films_.warnings.end(), problem.warnings.begin(), problem.warnings.end());
   return problem;
 }
 
-std::vector<std::size_t> every_film(const calibrate::BinProblem& problem) {
-  std::vector<std::size_t> films(problem.starts.size());
-  std::iota(films.begin(), films.end(), 0);
-  return films;
+calibrate::EngineOptions Session::engine_options() const { return {.stop = is_interrupted}; }
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
+    const calibrate::Problem& problem,
+    std::span<const std::size_t> scenes,
+    std::shared_ptr<const calibrate::Comparison> comparison,
+    calibrate::Journal& journal) {
+  journal.belong_to(problem.parts);
+  return std::make_unique<calibrate::Ensemble>(
+      calibrate::scenes_of(problem, scenes, engine_options()),
+      journal,
+      std::move(comparison),
+      *executor_);
 }
 
-calibrate::Scene Session::scene(const calibrate::Problem& problem) const {
-  return {problem.hash,
-          calibrate::make_dem_simulator(experiment_, problem.starts, {.stop = is_interrupted})};
-}
-
-std::vector<calibrate::Scene> Session::scenes(const calibrate::BinProblem& problem,
-                                              std::span<const std::size_t> films) const {
-  std::vector<calibrate::Scene> scenes;
-  for (const std::size_t film : films) {
-    const calibrate::BinStart& start = problem.starts[film];
-    scenes.push_back({start.hash, calibrate::make_bin_simulator(start, {.stop = is_interrupted})});
-  }
-  return scenes;
-}
-
-std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_all(const calibrate::BinProblem& problem,
-                                                              calibrate::Journal& journal) const {
-  return ensemble_of(problem, every_film(problem), problem.all, journal);
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_all(const calibrate::Problem& problem,
+                                                              calibrate::Journal& journal) {
+  return ensemble_of(problem, problem.every_scene(), problem.all, journal);
 }
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_calibrated(
-    const calibrate::BinProblem& problem, calibrate::Journal& journal) const {
-  return ensemble_of(problem, problem.calibrated_films, problem.calibrated, journal);
-}
-
-std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
-    const calibrate::BinProblem& problem,
-    std::span<const std::size_t> films,
-    std::shared_ptr<const calibrate::BinComparison> comparison,
-    calibrate::Journal& journal) const {
-  journal.belong_to(problem.parts);
-  return std::make_unique<calibrate::Ensemble>(
-      scenes(problem, films), journal, std::move(comparison), jobs());
-}
-
-std::unique_ptr<calibrate::Ensemble> Session::ensemble(const calibrate::Problem& problem,
-                                                       calibrate::Journal& journal) const {
-  journal.belong_to(problem.parts);
-  return std::make_unique<calibrate::Ensemble>(
-      std::vector{scene(problem)}, journal, problem.comparison, jobs());
+    const calibrate::Problem& problem, calibrate::Journal& journal) {
+  return ensemble_of(problem, problem.calibrated_scenes, problem.calibrated, journal);
 }
 
 void Session::add_film_warnings(std::vector<std::string>& warnings) const {

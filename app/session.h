@@ -10,7 +10,6 @@
 #include "app/films.h"
 #include "app/made_folders.h"
 #include "app/run_record.h"
-#include "calibrate/bin_problem.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 
@@ -27,22 +26,19 @@ class Session {
   Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment);
 
   void track();
-  calibrate::Problem problem() const;
-  // Where particles run out of a bin; films that cannot be measured are left out, with a warning.
-  calibrate::BinProblem bin_problem();
-  // The embedded simulator: of the tracks, of the films of a bin.
-  calibrate::Scene scene(const calibrate::Problem& problem) const;
-  std::vector<calibrate::Scene> scenes(const calibrate::BinProblem& problem,
-                                       std::span<const std::size_t> films) const;
-  // That simulator behind the journal of this run.
-  std::unique_ptr<calibrate::Ensemble> ensemble(const calibrate::Problem& problem,
-                                                calibrate::Journal& journal) const;
-
-  // The same of every film of a bin, or of those that are calibrated on.
-  std::unique_ptr<calibrate::Ensemble> ensemble_of_all(const calibrate::BinProblem& problem,
-                                                       calibrate::Journal& journal) const;
-  std::unique_ptr<calibrate::Ensemble> ensemble_of_calibrated(const calibrate::BinProblem& problem,
-                                                              calibrate::Journal& journal) const;
+  // Measured as it was recorded; recordings that cannot be measured are left out, with a warning,
+  // and measured.json is written. Throws datasets::InputError where nothing can be compared.
+  calibrate::Problem problem();
+  // What `track` prints of the recordings: measured.json and its tables alone.
+  std::vector<std::string> write_measured();
+  // Simulations of the problem, behind the journal of this run: of every scene, or of those that
+  // are calibrated on.
+  std::unique_ptr<calibrate::Ensemble> ensemble_of_all(const calibrate::Problem& problem,
+                                                       calibrate::Journal& journal);
+  std::unique_ptr<calibrate::Ensemble> ensemble_of_calibrated(const calibrate::Problem& problem,
+                                                              calibrate::Journal& journal);
+  calibrate::Executor& executor() { return *executor_; }
+  calibrate::EngineOptions engine_options() const;
 
   // What must be said of the films goes after what is said of the calibration.
   void add_film_warnings(std::vector<std::string>& warnings) const;
@@ -65,11 +61,17 @@ class Session {
   std::uint64_t seed() const { return options_.seed; }
 
  private:
+  // The experiment with the replicates that can be measured, and their recordings.
+  struct Measurable {
+    datasets::Experiment experiment;
+    std::vector<datasets::Recording> recordings;
+  };
+  Measurable measurable();
   std::unique_ptr<calibrate::Ensemble> ensemble_of(
-      const calibrate::BinProblem& problem,
-      std::span<const std::size_t> films,
-      std::shared_ptr<const calibrate::BinComparison> comparison,
-      calibrate::Journal& journal) const;
+      const calibrate::Problem& problem,
+      std::span<const std::size_t> scenes,
+      std::shared_ptr<const calibrate::Comparison> comparison,
+      calibrate::Journal& journal);
 
   CommonOptions options_;
   ProgressLine progress_;
@@ -79,9 +81,7 @@ class Session {
   datasets::RunFolder folder_;
   RunRecord record_;
   TrackedFilms films_;
+  std::unique_ptr<calibrate::Executor> executor_;
 };
-
-// Indices of all films.
-std::vector<std::size_t> every_film(const calibrate::BinProblem& problem);
 
 }  // namespace graintruth::app

@@ -7,9 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/interrupt.h"
-#include "calibrate/bin_simulator.h"
-#include "calibrate/dem_simulator.h"
-#include "calibrate/score.h"
 #include "datasets/input_error.h"
 #include "tracking/recording.h"
 #include "tracking/side_by_side.h"
@@ -28,14 +25,14 @@ std::uint64_t seed_of(const Session& session) {
 // `simulate` is only called where there is a film.
 void draw(Session& session,
           std::size_t replicate_number,
-          const std::function<calibrate::SimulatedRun()>& simulate) {
+          const std::function<calibrate::EngineRun()>& simulate) {
   const datasets::Experiment& experiment = session.experiment();
   const datasets::Replicate& replicate = experiment.replicates[replicate_number];
   if (replicate.video.empty()) return;
   session.progress().show("drawing", 0.0, "film and simulation side by side");
   try {
-    const calibrate::SimulatedRun run = simulate();
-    if (run.status != calibrate::RunStatus::completed) return;
+    const calibrate::EngineRun run = simulate();
+    if (run.status != calibrate::RunStatus::completed || !run.recording.tracks) return;
     const datasets::RunFolder& folder = session.folder();
     tracking::SideBySideFiles files{.film = folder.side_by_side()};
     for (std::size_t i = 0; i < stills; ++i) files.stills.push_back(folder.side_by_side_still(i));
@@ -43,8 +40,8 @@ void draw(Session& session,
     const auto times = tracking::draw_side_by_side(
         {.video = replicate.video,
          .recorded = tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate),
-         .filmed = session.films().tracks[replicate_number],
-         .simulated = run.trajectories},
+         .filmed = *session.films().recordings[replicate_number].tracks,
+         .simulated = *run.recording.tracks},
         files,
         is_interrupted);
     if (times.empty()) return;
@@ -69,48 +66,35 @@ void draw(Session& session,
 void draw_side_by_side(Session& session,
                        const calibrate::Problem& problem,
                        const calibrate::EvaluationPoint& point) {
-  // 1. The film nearest to the mean of all, where particles are told apart
-  std::size_t nearest = 0;
-  double distance = std::numeric_limits<double>::infinity();
-  const auto& replicates = problem.comparison->replicates();
-  for (std::size_t i = 0; i < replicates.size(); ++i) {
-    const double own = calibrate::rms_position(replicates[i], problem.comparison->target().mean);
-    if (!(own < distance) || problem.experiment.replicates[i].video.empty()) continue;
-    distance = own;
-    nearest = i;
+  // 1. The middle condition of those calibrated on, and its film nearest to the mean of all
+  std::vector<const calibrate::Condition*> conditions;
+  for (const calibrate::Condition& condition : problem.conditions) {
+    if (!condition.held_out) conditions.push_back(&condition);
   }
-
-  // 2. A simulation of what is compared, seen more often
-  draw(session, nearest, [&] {
-    datasets::Experiment dense = session.experiment();
-    const double last = dense.measurement.frame_interval * (dense.measurement.frames - 1);
-    dense.measurement = {.compared = datasets::Compared::particles,
-                         .frame_interval = film_interval,
-                         .frames = static_cast<int>(std::floor(last / film_interval + 1e-9)) + 1};
-    return calibrate::make_dem_simulator(dense, problem.starts, {.stop = is_interrupted})(
-        {point.parameters, point.time_step_fraction, seed_of(session)});
+  const calibrate::Condition& condition = *conditions[conditions.size() / 2];
+  const auto chosen = calibrate::typical_replicate(problem, condition, [&](std::size_t replicate) {
+    return !problem.experiment.replicates[replicate].video.empty();
   });
-}
-
-void draw_side_by_side(Session& session,
-                       const calibrate::BinProblem& problem,
-                       const calibrate::EvaluationPoint& point) {
-  std::vector<std::size_t> films = problem.calibrated_films;
-  const auto orifice_of = [&](std::size_t film) { return problem.starts[film].rig.orifice; };
-  std::stable_sort(films.begin(), films.end(), [&](std::size_t a, std::size_t b) {
-    return orifice_of(a) < orifice_of(b);
-  });
-  const double middle = orifice_of(films[films.size() / 2]);
-  const auto film = std::find_if(
-      films.begin(), films.end(), [&](std::size_t one) { return orifice_of(one) == middle; });
-  const calibrate::BinStart& start = problem.starts[*film];
-  const std::string& name = problem.all->films()[*film].name;
+  if (!chosen) return;
+  const std::string& name = problem.experiment.replicates[*chosen].name;
   const auto& replicates = session.experiment().replicates;
   const auto replicate = std::find_if(
       replicates.begin(), replicates.end(), [&](const auto& one) { return one.name == name; });
+  // 2. A simulation of what is compared, seen as often as a film shows it
+  const auto scene =
+      std::find_if(condition.scenes.begin(), condition.scenes.end(), [&](std::size_t one) {
+        return problem.scenes[one].replicate == *chosen || !problem.scenes[one].is_of_one_replicate;
+      });
   draw(session, static_cast<std::size_t>(replicate - replicates.begin()), [&] {
-    return calibrate::make_bin_simulator(start, {.stop = is_interrupted, .keep_tracks = true})(
-        {point.parameters, point.time_step_fraction, seed_of(session)});
+    calibrate::SimulationSpec spec =
+        problem.spec_of(*scene, point.parameters, point.time_step_fraction, seed_of(session));
+    spec.record = {.tracks = true, .curves = {}};
+    datasets::ScenePhase& last = spec.scene.phases.back();
+    if (last.output_interval > film_interval) {
+      last.duration = std::floor(last.duration / film_interval + 1e-9) * film_interval;
+      last.output_interval = film_interval;
+    }
+    return problem.engine->run(spec, session.engine_options());
   });
 }
 

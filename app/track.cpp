@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/bulk_summary.h"
 #include "app/session.h"
 
 namespace graintruth::app {
@@ -13,11 +12,7 @@ int run_track(const TrackCommand& command) {
   session.track();
   const std::string text = datasets::read_whole(session.folder().tracking());
   const auto tracking = nlohmann::json::parse(text);
-  std::string measured;
-  if (session.experiment().rig.bin && session.experiment().particle.plate)
-    measured = write_bulk_measurements(
-        measurable_films(session.experiment(), session.films(), session.folder()),
-        session.folder());
+  const std::vector<std::string> measured = session.write_measured();
   write_run_record(session.folder(), command.common, session.experiment(), session.record());
   if (command.common.json) {
     fmt::print("{}", text);
@@ -44,7 +39,7 @@ int run_track(const TrackCommand& command) {
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }
-  fmt::print("{}", measured);
+  for (const std::string& line : measured) fmt::print("{}\n", line);
   fmt::print("Tracks and overlays: {}\n", (session.folder().root / "tracks").string());
   return 0;
 }

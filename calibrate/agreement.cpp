@@ -16,19 +16,24 @@ struct Tally {
   int made = 0;
 };
 
-Tally test_pose(const std::array<Spread, 3>& spreads,
-                const datasets::Pose& simulated,
+// Of one body at one moment, whose first value is `first`.
+Tally test_body(std::span<const Spread> spreads,
+                const ChannelShape& shape,
+                const std::vector<double>& simulated,
+                std::size_t first,
                 Critical critical) {
   Tally tally;
-  for (const Quantity quantity : quantities) {
-    const Spread& spread = spreads[static_cast<std::size_t>(quantity)];
-    const double value = value_of(simulated, quantity);
+  for (std::size_t i = first; i < first + shape.difference.size(); ++i) {
+    const Spread& spread = spreads[i];
     if (spread.count < 2) continue;
     ++tally.made;
     // |x - mean| <= c s / sqrt(n), eq 4.2
     const double half_width = critical_value(critical, spread.count) * spread.standard_deviation /
                               std::sqrt(spread.count);
-    if (std::abs(difference(quantity, value, spread.mean)) <= half_width) ++tally.passed;
+    const double value =
+        simulated.empty() ? std::numeric_limits<double>::quiet_NaN() : simulated[i];
+    if (std::abs(difference(shape.difference_of(i), value, spread.mean)) <= half_width)
+      ++tally.passed;
   }
   return tally;
 }
@@ -54,39 +59,30 @@ ParticleAgreement score_ranks(int particle, const std::array<int, 4>& frames_of_
   return scored;
 }
 
-std::vector<Quantity> compared_quantities(const Band& replicates) {
-  std::vector<Quantity> compared;
-  for (const Quantity quantity : quantities) {
-    const bool measured =
-        std::any_of(replicates.spreads.begin(), replicates.spreads.end(), [&](const auto& spreads) {
-          return spreads[static_cast<std::size_t>(quantity)].count >= 2;
-        });
-    if (measured) compared.push_back(quantity);
-  }
-  return compared;
-}
-
-Agreement agreement(const Band& replicates,
-                    const datasets::Trajectories& simulated,
+Agreement agreement(std::span<const Spread> replicates,
+                    const ChannelShape& shape,
+                    const std::vector<double>& simulated,
                     Critical critical,
-                    std::size_t first_frame) {
+                    std::size_t first_moment) {
   Agreement result;
-  result.ranks.assign(replicates.spreads.size(), -1);
+  const std::size_t quantities = shape.difference.size();
+  const std::size_t bodies = shape.series / quantities;
+  const std::size_t moments = replicates.size() / shape.series;
+  result.ranks.assign(moments * bodies, -1);
   Tally total;
-  for (std::size_t particle = 0; particle < static_cast<std::size_t>(replicates.particles);
-       ++particle) {
+  for (std::size_t body = 0; body < bodies; ++body) {
     std::array<int, 4> frames_of_rank = {};
     int possible = 0;
-    for (std::size_t frame = first_frame; frame < replicates.frames(); ++frame) {
-      const std::size_t i = replicates.index(frame, particle);
-      const Tally tally = test_pose(replicates.spreads[i], simulated.poses[i], critical);
+    for (std::size_t moment = first_moment; moment < moments; ++moment) {
+      const std::size_t first = moment * shape.series + body * quantities;
+      const Tally tally = test_body(replicates, shape, simulated, first, critical);
       if (tally.made == 0) continue;
       total.passed += tally.passed;
       possible += tally.made;
-      result.ranks[i] = tally.passed;
+      result.ranks[moment * bodies + body] = tally.passed;
       ++frames_of_rank[static_cast<std::size_t>(tally.passed)];
     }
-    ParticleAgreement scored = score_ranks(static_cast<int>(particle) + 1, frames_of_rank);
+    ParticleAgreement scored = score_ranks(static_cast<int>(body) + 1, frames_of_rank);
     scored.possible = possible;
     scored.percent = percent_of(scored.points, possible);
     result.per_particle.push_back(scored);
@@ -96,6 +92,13 @@ Agreement agreement(const Band& replicates,
   return result;
 }
 
+double percent_of_tests_passed(std::span<const Spread> replicates,
+                               const ChannelShape& shape,
+                               const std::vector<double>& simulated,
+                               Critical critical) {
+  return agreement(replicates, shape, simulated, critical).percent;
+}
+
 double ceiling_percent(int replicates, int runs, Critical critical) {
   const double spread = runs == 0 ? 1.0 : std::sqrt(1.0 + static_cast<double>(replicates) / runs);
   const double t = critical_value(critical, replicates) / spread;
@@ -103,14 +106,16 @@ double ceiling_percent(int replicates, int runs, Critical critical) {
          (1.0 - 2.0 * boost::math::cdf(boost::math::complement(StudentT(replicates - 1), t)));
 }
 
-double leave_one_out_percent(std::span<const datasets::Trajectories> replicates,
+double leave_one_out_percent(std::span<const Channel* const> replicates,
+                             const ChannelShape& shape,
                              Critical critical) {
   if (replicates.size() < 3) return std::numeric_limits<double>::quiet_NaN();
   double sum = 0.0;
   for (std::size_t left_out = 0; left_out < replicates.size(); ++left_out) {
-    std::vector<datasets::Trajectories> others(replicates.begin(), replicates.end());
+    std::vector<const Channel*> others(replicates.begin(), replicates.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
-    sum += agreement(measure(others), replicates[left_out], critical).percent;
+    sum +=
+        agreement(spreads_of(others, shape), shape, replicates[left_out]->values, critical).percent;
   }
   return sum / static_cast<double>(replicates.size());
 }

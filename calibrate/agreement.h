@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "calibrate/measure.h"
+#include "calibrate/compare/weighted_means.h"
 
 namespace graintruth::calibrate {
 
@@ -28,23 +28,27 @@ struct ParticleAgreement {
 struct Agreement {
   double percent = 0.0;  // interval tests passed, of all that could be made
   std::vector<ParticleAgreement> per_particle;
-  std::vector<int> ranks;  // 0..3, frame-major; -1 where the particle was not measured
+  std::vector<int> ranks;  // 0..3, moment after moment; -1 where the body was not measured
 };
 
 // Eq 4.3 and its percentage for given counts of frames at each rank, where all three quantities
 // were measured in every frame.
 ParticleAgreement score_ranks(int particle, const std::array<int, 4>& frames_of_rank);
 
-// The quantities that some particle has an interval of: tracks may tell no angles.
-std::vector<Quantity> compared_quantities(const Band& replicates);
-
-// Ranks `simulated` against mean +- critical s / sqrt(n) of the replicates. Frames before
-// `first_frame` are left out (the first frame's spread is only that of placing). No floor under the
+// Ranks the values of `simulated` against mean +- critical s / sqrt(n) of the replicates, body by
+// body: a body has as many quantities as the shape tells differences of. Moments before
+// `first_moment` are left out (the first one's spread is only that of placing). No floor under the
 // interval: this is eq 4.2 as it stands.
-Agreement agreement(const Band& replicates,
-                    const datasets::Trajectories& simulated,
+Agreement agreement(std::span<const Spread> replicates,
+                    const ChannelShape& shape,
+                    const std::vector<double>& simulated,
                     Critical critical,
-                    std::size_t first_frame = 0);
+                    std::size_t first_moment = 0);
+// Its percentage alone.
+double percent_of_tests_passed(std::span<const Spread> replicates,
+                               const ChannelShape& shape,
+                               const std::vector<double>& simulated,
+                               Critical critical);
 
 // Expected percentage for a perfect model averaged over `runs` runs, with n replicates (runs = 0:
 // the true mean). The difference of the two means over s / sqrt(n) is sqrt(1 + n / runs) times
@@ -53,6 +57,8 @@ double ceiling_percent(int replicates, int runs, Critical critical);
 
 // Mean score of each replicate against the interval of the others: what a repeat of the experiment
 // itself scores. NaN with fewer than three replicates.
-double leave_one_out_percent(std::span<const datasets::Trajectories> replicates, Critical critical);
+double leave_one_out_percent(std::span<const Channel* const> replicates,
+                             const ChannelShape& shape,
+                             Critical critical);
 
 }  // namespace graintruth::calibrate

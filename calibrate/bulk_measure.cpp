@@ -5,6 +5,8 @@
 #include <map>
 #include <numbers>
 
+#include "calibrate/observables/observable.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -72,18 +74,20 @@ std::optional<double> exit_time(const Trajectories& tracks,
   for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
     const Pose& pose = tracks.poses[tracks.index(frame, particle)];
     if (!seen(pose)) continue;
-    if (pose.z >= 0.0) {
+    const double above_exit = pose.z - rig.exit_z;
+    if (above_exit >= 0.0) {
       before = frame;
       continue;
     }
     if (!before) return tracks.time[frame];
-    const double above = tracks.poses[tracks.index(*before, particle)].z;
+    const double above = tracks.poses[tracks.index(*before, particle)].z - rig.exit_z;
     return tracks.time[*before] +
-           (tracks.time[frame] - tracks.time[*before]) * above / (above - pose.z);
+           (tracks.time[frame] - tracks.time[*before]) * above / (above - above_exit);
   }
   if (!before || *before + 1 >= tracks.frames()) return std::nullopt;
   const Pose& last = tracks.poses[tracks.index(*before, particle)];
-  const bool over_orifice = std::abs(last.x) < 0.5 * rig.orifice && last.z < rig.particle_diameter;
+  const bool over_orifice =
+      std::abs(last.x) < 0.5 * rig.orifice && last.z - rig.exit_z < rig.particle_diameter;
   if (!over_orifice) return std::nullopt;
   return tracks.time[*before + 1];
 }
@@ -223,6 +227,13 @@ std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig&
   return steady;
 }
 
+double rate_of(const Discharge& discharge, const BulkRig& rig) {
+  if (const auto steady = steady_rate(discharge, rig)) return steady->rate;
+  const double duration = discharge.to - std::max(0.0, discharge.from);
+  if (!(duration > 0.0)) return 0.0;
+  return static_cast<double>(discharge.times.size()) * rig.particle_mass / duration;
+}
+
 BedShape measure_bed(const Trajectories& tracks, std::size_t frame, const BulkRig& rig) {
   constexpr std::size_t strips = 10;
   BedShape bed;
@@ -232,7 +243,7 @@ BedShape measure_bed(const Trajectories& tracks, std::size_t frame, const BulkRi
   for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
        ++particle) {
     const Pose& pose = tracks.poses[tracks.index(frame, particle)];
-    if (!seen(pose) || pose.z < 0.0) continue;
+    if (!seen(pose) || pose.z < rig.exit_z) continue;
     ++count;
     const double strip = std::floor((pose.x + 0.5 * rig.width) / strip_width);
     const auto at = static_cast<std::size_t>(std::clamp(strip, 0.0, strips - 1.0));
@@ -365,10 +376,10 @@ std::vector<double> mean_stagnant_heights(const Trajectories& tracks,
 
 }  // namespace
 
-BinMeasurement measure_bin(const Trajectories& tracks,
-                           const BulkRig& rig,
-                           std::optional<double> profile_height) {
-  BinMeasurement measured;
+BulkMeasurement measure_bulk(const Trajectories& tracks,
+                             const BulkRig& rig,
+                             std::optional<double> profile_height) {
+  BulkMeasurement measured;
   measured.discharge = measure_discharge(tracks, rig);
   measured.at_rest = measure_bed(tracks, frame_at(tracks, 0.0), rig);
   const double height = profile_height.value_or(0.5 * mean_height(measured.at_rest));
@@ -388,21 +399,28 @@ BinMeasurement measure_bin(const Trajectories& tracks,
   return measured;
 }
 
-BinMeasurement measure_bin(const datasets::DischargeCurve& curve,
-                           int particles,
-                           const BulkRig& rig) {
+BulkMeasurement measure_bulk(const datasets::DischargeCurve& curve,
+                             int particles,
+                             const BulkRig& rig) {
   return {.discharge = measure_discharge(curve, particles, rig), .of_tracks = false};
 }
 
-BulkRig bulk_rig(const datasets::Experiment& experiment, const datasets::Replicate& replicate) {
-  const datasets::Experiment filmed = datasets::as_filmed(experiment, replicate);
-  const datasets::EllipticalPlate& plate = *filmed.particle.plate;
-  return {.width = filmed.rig.bin->width,
-          .orifice = filmed.rig.bin->orifice_width,
-          .particle_area = std::numbers::pi * plate.semi_major * plate.semi_minor,
-          .particle_diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor),
-          .particle_mass = filmed.particle.mass,
-          .gravity = filmed.rig.gravity};
+BulkRig bulk_rig(const Situation& situation) {
+  const datasets::Particle& particle = situation.particle;
+  const datasets::Rig& rig = situation.rig;
+  BulkRig bulk{.particle_area = particle.seen_area,
+               .particle_diameter = particle.diameter,
+               .particle_mass = particle.mass,
+               .gravity = rig.gravity};
+  if (rig.bed) bulk.width = rig.bed->right_x - rig.bed->left_x;
+  if (rig.opening) {
+    bulk.orifice = rig.opening->width();
+    bulk.exit_z = rig.opening->z;
+  } else {
+    bulk.orifice = std::numeric_limits<double>::infinity();
+    bulk.exit_z = rig.scene.exit_height.value_or(-std::numeric_limits<double>::infinity());
+  }
+  return bulk;
 }
 
 }  // namespace graintruth::calibrate

@@ -21,6 +21,7 @@ struct BulkRig {
   double particle_diameter = 0.0;  // m, of a disc of that area
   double particle_mass = 0.0;      // kg
   double gravity = 9.81;           // m/s2
+  double exit_z = 0.0;             // m; grains whose centre is below have left
 };
 
 // When particles left, in order. A particle has left once its centre is below the floor; the time
@@ -76,6 +77,9 @@ struct SteadyRate {
 // None where no such stretch holds a tenth of the particles.
 std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig& rig);
 
+// kg/s; the steady one, or the mean over the run where nothing was steady.
+double rate_of(const Discharge& discharge, const BulkRig& rig);
+
 // The bed at one moment, from ten upright strips: each as high as its highest particle.
 struct BedShape {
   std::vector<double> surface;  // m, height of each strip; 0 where it is empty
@@ -113,7 +117,7 @@ datasets::StagnantMap measure_stagnant(const datasets::Trajectories& tracks,
                                        std::size_t to);
 
 // All that is measured of one run, filmed, weighed or simulated.
-struct BinMeasurement {
+struct BulkMeasurement {
   Discharge discharge;
   bool of_tracks = true;         // false: a discharge curve alone, and what follows is not known
   BedShape at_rest;              // at time 0
@@ -127,16 +131,18 @@ struct BinMeasurement {
 
 // `profile_height` (m) is where a velocity profile is taken; where it is not given, half way up the
 // bed at rest. The profile is of the steady stretch, as long as a diameter of bed lies above it.
-BinMeasurement measure_bin(const datasets::Trajectories& tracks,
-                           const BulkRig& rig,
-                           std::optional<double> profile_height = std::nullopt);
+BulkMeasurement measure_bulk(const datasets::Trajectories& tracks,
+                             const BulkRig& rig,
+                             std::optional<double> profile_height = std::nullopt);
 
 // Of a discharge curve: the discharge, and nothing else.
-BinMeasurement measure_bin(const datasets::DischargeCurve& curve,
-                           int particles,
-                           const BulkRig& rig);
+BulkMeasurement measure_bulk(const datasets::DischargeCurve& curve,
+                             int particles,
+                             const BulkRig& rig);
 
-// The rig of one replicate, as it is measured.
-BulkRig bulk_rig(const datasets::Experiment& experiment, const datasets::Replicate& replicate);
+// What bulk measures need of a situation. Where no opening is stated, grains leave anywhere below
+// the scene's exit height.
+struct Situation;
+BulkRig bulk_rig(const Situation& situation);
 
 }  // namespace graintruth::calibrate

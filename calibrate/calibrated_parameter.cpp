@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "datasets/parameters/parameter.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -59,11 +61,7 @@ bool is_in_conflict(const CalibratedParameter& parameter) {
 
 std::string words_on_conflict(const CalibratedParameter& parameter) {
   const DataAlone& data = *parameter.data_alone;
-  const std::string reason =
-      parameter.name == "restitution"
-          ? "a drop test tells of one speed and one kind of contact"
-          : "static friction, measured by tilting, is often well above that of particles in motion "
-            "(the thesis tilted 0.36 and matched its films at 0.1)";
+  const std::string_view reason = datasets::parameter_named(parameter.name).kind->bench_differs;
   return fmt::format(
       "{}: the data alone ask for {:.3g} ({:.3g} to {:.3g}) where its prior says {}, {:.1f} "
       "combined standard uncertainties apart, so that the value given is a compromise; {}.",

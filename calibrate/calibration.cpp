@@ -1,125 +1,224 @@
 #include "calibrate/calibration.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
 namespace graintruth::calibrate {
 
 namespace {
 
-constexpr std::array<double, 4> thesis_frictions = {0.0, 0.1, 0.2, 0.35};  // section 4.2.2
+constexpr int alternatives = 4;  // parameter sets that show what their uncertainty does
 
-FrictionRow friction_row(const Problem& problem, const Evaluation& evaluation) {
-  const Band& replicates = problem.comparison->target().replicates;
-  const datasets::Trajectories measured = mean_track(replicates);
-  const datasets::Trajectories simulated = mean_of_runs(evaluation.runs);
-  std::vector<double> single;
-  for (const auto& track : completed_tracks(evaluation.runs))
-    single.push_back(rms_position(track, measured));
-  double mean = 0.0;
-  for (const double value : single) mean += value / static_cast<double>(single.size());
-  double squares = 0.0;
-  for (const double value : single) squares += (value - mean) * (value - mean);
-  return {evaluation.parameters.friction_particle_particle,
-          rms_position(simulated, measured),
-          single.size() < 2 ? 0.0 : std::sqrt(squares / static_cast<double>(single.size() - 1)),
-          agreement(replicates, simulated, Critical::student_t).percent};
+// As a score is told everywhere: of the mean over as many runs, whatever else is calibrated with
+// it.
+ConfirmationOptions confirmation_of(const Problem& problem, const CalibrationOptions& options) {
+  ConfirmationOptions how{.seed = options.seed, .runs = options.confirmation_seeds, .halved = 1};
+  if (problem.simulates_each_replicate()) return how;
+  how.runs = std::max(how.runs, CalibrationOptions{}.confirmation_seeds);
+  how.halved = how.runs;
+  return how;
 }
 
-// A model that agrees less with the replicates than they do with each other is not the answer.
-void warn_of_bad_fit(CalibrationResult& result) {
-  if (!(result.score.student.percent < result.context.student_leave_one_out)) return;
-  result.warnings.push_back(fmt::format(
-      "The parameters found agree in {:.0f} % only, less than a repeat of the experiment would "
-      "({:.0f} %): the search ended in a wrong valley (raise --budget or narrow the bounds), or "
-      "the model lacks something.",
-      result.score.student.percent,
-      result.context.student_leave_one_out));
+int simulations_of_confirmations(std::span<const CalibratedExperiment> experiments,
+                                 const CalibrationOptions& options) {
+  int simulations = 0;
+  for (const CalibratedExperiment& one : experiments) {
+    simulations +=
+        simulations_of_confirmation(*one.problem, confirmation_of(*one.problem, options));
+    if (one.problem->simulates_each_replicate())
+      simulations += alternatives * static_cast<int>(one.problem->scenes.size());
+  }
+  return simulations;
 }
 
-void warn_of_step(CalibrationResult& result) {
+// Times that the search simulates each scene of an experiment which averages over seeds.
+int repeats_of(std::span<const CalibratedExperiment> experiments,
+               const CalibrationOptions& options) {
+  if (experiments.size() == 1) return 1;
+  return std::max(1, CalibrationOptions{}.search_seeds / std::max(1, options.search_seeds));
+}
+
+// All experiments as the search compares them, and the scenes that it simulates.
+struct Searched {
+  std::vector<ComparedExperiment> compared;
+  std::vector<Scene> scenes;
+};
+
+void add_searched(const CalibratedExperiment& one,
+                  int repeats,
+                  const EngineOptions& engine_options,
+                  Searched& searched) {
+  ComparedExperiment compared = one.problem->calibrated->experiments().front();
+  compared.weight = one.weight;
+  const std::vector<Scene> scenes =
+      scenes_of(*one.problem, one.problem->calibrated_scenes, engine_options);
+  if (repeats > 1 && !one.problem->simulates_each_replicate()) {
+    Layout repeated_layout = compared.layout;
+    repeated_layout.scenes = 0;
+    for (ComparedCondition& condition : repeated_layout.conditions) {
+      std::vector<std::size_t> places;
+      for (const std::size_t scene : condition.scenes) {
+        for (Scene& copy : repeated(scenes[scene], repeats)) {
+          places.push_back(repeated_layout.scenes++);
+          searched.scenes.push_back(std::move(copy));
+        }
+      }
+      condition.scenes = std::move(places);
+    }
+    compared.layout = std::move(repeated_layout);
+  } else {
+    searched.scenes.insert(searched.scenes.end(), scenes.begin(), scenes.end());
+  }
+  searched.compared.push_back(std::move(compared));
+}
+
+// What the search found, seen by one of several experiments.
+SearchResult seen_by(const SearchResult& found,
+                     const ChannelComparison& comparison,
+                     std::span<const CalibratedExperiment> experiments,
+                     std::size_t i) {
+  SearchResult own = found;
+  if (experiments.size() == 1) return own;
+  for (Evaluation& evaluation : own.evaluations) evaluation = comparison.part_of(evaluation, i);
+  std::vector<std::string> others;
+  for (const CalibratedExperiment& one : experiments) {
+    if (one.name != experiments[i].name) others.push_back(one.name);
+  }
+  own.warnings = {fmt::format(
+      "These parameters and their intervals were found together with {}; this page tells how they "
+      "do in this experiment.",
+      fmt::join(others, ", "))};
+  return own;
+}
+
+void warn_of_step(const Problem& problem, ExperimentResult& result) {
   constexpr double confidence_95 = 1.96;
-  const HalfStepCheck& check = result.half_step;
-  if (!(std::abs(check.objective_change) > confidence_95 * check.noise)) return;
+  const auto check = half_step_of(problem, result.confirmed);
+  if (!check || !(std::abs(check->objective_change) > confidence_95 * check->noise)) return;
   result.warnings.push_back(
       fmt::format("At the parameters found, half the time step changes the objective by {:.3g}, "
                   "which the seeds' noise of {:.3g} does not explain: the result depends on the "
                   "time step.",
-                  check.objective_change,
-                  check.noise));
+                  check->objective_change,
+                  check->noise));
+}
+
+// Softer grains than the bench's must be told.
+void warn_of_softness(const Problem& problem, ExperimentResult& result) {
+  if (!(problem.simulated_modulus < problem.experiment.material.elastic_modulus)) return;
+  result.warnings.push_back(fmt::format(
+      "Simulated with an elastic modulus of {:.3g} Pa instead of {:.3g} Pa: the softest at which "
+      "the hardest expected impact overlaps by 1 % of the particle diameter.",
+      problem.simulated_modulus,
+      problem.experiment.material.elastic_modulus));
 }
 
 }  // namespace
 
-int simulations_of_confirmation(const CalibrationOptions& options) {
-  return (1 + 2 + static_cast<int>(thesis_frictions.size())) * options.confirmation_seeds;
+CalibrationOptions default_options(std::span<const CalibratedExperiment> experiments) {
+  CalibrationOptions options;
+  const bool each = std::any_of(experiments.begin(), experiments.end(), [](const auto& one) {
+    return one.problem->simulates_each_replicate();
+  });
+  if (each) {
+    options = {.budget = 60,
+               .search_seeds = 1,
+               .gate_seeds = 1,
+               .confirmation_seeds = 3,
+               .choice_candidates = 3};
+  }
+  options.largest_time_step_fraction = 1.0;
+  for (const CalibratedExperiment& one : experiments) {
+    options.largest_time_step_fraction =
+        std::min(options.largest_time_step_fraction, one.problem->largest_time_step_fraction());
+  }
+  return options;
 }
 
-Confirmation confirm(const Problem& problem,
-                     Ensemble& ensemble,
-                     const CalibrationOptions& options,
-                     Search& search) {
-  const EvaluationPoint winner{search.parameters(), search.time_step_fraction()};
-  const auto seeds = make_seeds(options.seed, "confirmation", options.confirmation_seeds);
-  Confirmation confirmed;
+double expected_cost(std::span<const CalibratedExperiment> experiments,
+                     const CalibrationOptions& options) {
+  const int repeats = repeats_of(experiments, options);
+  std::size_t scenes = 0;
+  for (const CalibratedExperiment& one : experiments) {
+    const bool is_repeated = !one.problem->simulates_each_replicate();
+    scenes +=
+        one.problem->calibrated_scenes.size() * static_cast<std::size_t>(is_repeated ? repeats : 1);
+  }
+  return expected_cost(scenes, options) + simulations_of_confirmations(experiments, options);
+}
 
-  // The score of the winner, on seeds that no choice has seen
+ProblemParts parts_of(std::span<const CalibratedExperiment> experiments) {
+  if (experiments.size() == 1) return experiments.front().problem->parts;
+  ProblemParts all;
+  for (const CalibratedExperiment& one : experiments) {
+    for (const auto& [name, hash] : one.problem->parts)
+      all.emplace_back(fmt::format("{} of {}", name, one.name), hash);
+  }
+  return all;
+}
+
+CalibrationResult calibrate(const datasets::Experiment& common,
+                            std::span<const CalibratedExperiment> experiments,
+                            Journal& journal,
+                            Executor& executor,
+                            const EngineOptions& engine_options,
+                            const CalibrationOptions& options) {
+  // 1. All experiments as one
+  const int repeats = repeats_of(experiments, options);
+  Searched searched;
+  for (const CalibratedExperiment& one : experiments)
+    add_searched(one, repeats, engine_options, searched);
+  const auto comparison = std::make_shared<ChannelComparison>(
+      std::move(searched.compared), experiments.front().problem->calibrated->form());
+  Ensemble ensemble(std::move(searched.scenes), journal, comparison, executor);
+  // 2. The search
+  Search search(common, ensemble, options, simulations_of_confirmations(experiments, options));
+  search.run();
+  int simulated = ensemble.simulated();
+  // 3. What its parameters mean to each experiment
+  std::vector<Confirmed> confirmed(experiments.size());
   search.timed("confirmation", [&] {
-    confirmed.score = score(problem, ensemble, "confirmation", winner, seeds, search.reporter());
-    search.count({&confirmed.score.evaluation, 1});
-  });
-  // The same at half the time step
-  search.timed("half the time step", [&] {
-    const Score half = score(problem,
-                             ensemble,
-                             "half_step",
-                             {winner.parameters, 0.5 * winner.time_step_fraction},
-                             seeds,
-                             search.reporter(2.0));
-    search.count({&half.evaluation, 1});
-    const Evaluation& whole = confirmed.score.evaluation;
-    confirmed.half_step = {whole.objective - half.evaluation.objective,
-                           std::hypot(problem.comparison->noise(whole.runs),
-                                      problem.comparison->noise(half.evaluation.runs)),
-                           confirmed.score.student.percent - half.student.percent};
-  });
-  // The thesis's four frictions, all else at the winner's, for its figure 4.4
-  search.timed("friction series", [&] {
-    std::vector<EvaluationPoint> points(thesis_frictions.size(), winner);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      points[i].parameters.friction_particle_particle = thesis_frictions[i];
-    const auto evaluations = ensemble.evaluate("friction", points, seeds, search.reporter());
-    search.count(evaluations);
-    for (const Evaluation& evaluation : evaluations) {
-      if (2 * evaluation.failed <= static_cast<int>(evaluation.runs.size()))
-        confirmed.friction_rows.push_back(friction_row(problem, evaluation));
+    for (std::size_t i = 0; i < experiments.size(); ++i) {
+      const Problem& problem = *experiments[i].problem;
+      ConfirmationOptions how = confirmation_of(problem, options);
+      if (problem.simulates_each_replicate() && !common.tuned.empty()) {
+        for (const Evaluation& evaluation : search.compatible_evaluations(alternatives))
+          how.alternatives.push_back(evaluation.parameters);
+      }
+      Ensemble all(scenes_of(problem, problem.every_scene(), engine_options),
+                   journal,
+                   problem.all,
+                   executor);
+      confirmed[i] = confirm(
+          problem, all, {search.parameters(), search.time_step_fraction()}, how, [&](double cost) {
+            return search.reporter(cost);
+          });
+      search.count({&confirmed[i].runs, 1});
+      search.count(confirmed[i].others());
+      simulated += all.simulated();
     }
   });
-  return confirmed;
-}
-
-CalibrationResult conclude(const Problem& problem,
-                           const CalibrationOptions& options,
-                           SearchResult found,
-                           Confirmation confirmed) {
-  CalibrationResult result{std::move(found), std::move(confirmed)};
-  result.objective_noise = problem.comparison->noise(result.score.evaluation.runs);
-  result.context = score_context(problem, options.confirmation_seeds);
-  result.influence = influence_of_each(*problem.comparison, result.evaluations);
-  warn_of_bad_fit(result);
-  warn_of_step(result);
+  // 4. Put together
+  CalibrationResult result{search.finish()};
+  result.simulated = simulated;
+  double variance = 0.0;
+  for (std::size_t i = 0; i < experiments.size(); ++i) {
+    const auto& [name, problem, weight] = experiments[i];
+    ExperimentResult own{seen_by(result, *comparison, experiments, i), std::move(confirmed[i])};
+    own.objective_noise = own.confirmed.noise;
+    own.time_step.time_step = own.confirmed.runs.runs.front().time_step;
+    own.influence = influence_of_each(*problem->calibrated, own.evaluations);
+    warn_of_step(*problem, own);
+    warn_of_softness(*problem, own);
+    result.objective += weight * own.confirmed.objective;
+    variance += std::pow(weight * own.objective_noise, 2);
+    result.experiments.push_back(std::move(own));
+  }
+  result.objective_noise = std::sqrt(variance);
   return result;
-}
-
-CalibrationResult calibrate(const Problem& problem,
-                            Ensemble& ensemble,
-                            const CalibrationOptions& options) {
-  Search search(problem.experiment, ensemble, options, simulations_of_confirmation(options));
-  search.run();
-  Confirmation confirmed = confirm(problem, ensemble, options, search);
-  return conclude(problem, options, search.finish(), std::move(confirmed));
 }
 
 }  // namespace graintruth::calibrate

@@ -1,59 +1,54 @@
-// The main job where the same particles are seen in every replicate: parameters that make simulated
-// tracks agree with filmed ones.
+// The main job: parameters that make simulations agree with one experiment, or with several on the
+// same grains and walls.
 #pragma once
 
-#include <vector>
-
 #include "calibrate/influence.h"
-#include "calibrate/score.h"
+#include "calibrate/problem.h"
+#include "calibrate/result/confirmation.h"
 #include "calibrate/search.h"
 
 namespace graintruth::calibrate {
 
-// The thesis's own four frictions (section 4.2.2), all else at the calibrated values.
-struct FrictionRow {
-  double friction = 0.0;
-  double rms_position = 0.0;       // m, of the ensemble mean
-  double single_run_spread = 0.0;  // m, standard deviation of the RMS over single runs
-  double agreement_percent = 0.0;  // Student
+// One experiment, with its weight in the sum that is minimised.
+struct CalibratedExperiment {
+  std::string name;
+  const Problem* problem = nullptr;
+  double weight = 1.0;
 };
 
-// The winner once more at half the time step, with the seeds of its score.
-struct HalfStepCheck {
-  double objective_change = 0.0;  // at the chosen step minus at its half
-  double noise = 0.0;             // standard error of that if both had seeds of their own
-  double agreement_change = 0.0;  // percentage points, Student
-};
-
-// What fresh simulations say of the parameters that a search has chosen.
-struct Confirmation {
-  Score score;
-  HalfStepCheck half_step;
-  std::vector<FrictionRow> friction_rows;
-};
-
-struct CalibrationResult : SearchResult, Confirmation {
+// What the parameters found mean to one experiment: its own evaluations and warnings, with the
+// parameters and intervals of all.
+struct ExperimentResult : SearchResult {
+  Confirmed confirmed;
   std::vector<InfluenceRow> influence;
-  ScoreContext context;
 };
 
-// Simulations that a confirmation makes.
-int simulations_of_confirmation(const CalibrationOptions& options);
-// As further stages of `search`, which has run.
-Confirmation confirm(const Problem& problem,
-                     Ensemble& ensemble,
-                     const CalibrationOptions& options,
-                     Search& search);
-// All of it together; the evaluations in `found` are of this problem.
-CalibrationResult conclude(const Problem& problem,
-                           const CalibrationOptions& options,
-                           SearchResult found,
-                           Confirmation confirmed);
+struct CalibrationResult : SearchResult {
+  double objective = 0.0;  // of fresh simulations: the weighted sum
+  int simulated = 0;       // really run, not read back from the journal
+  std::vector<ExperimentResult> experiments;
+};
 
-// Deterministic in the problem, the options and the ensemble's simulator; resumes by being run
-// again on the same journal. Throws TooManyFailures.
-CalibrationResult calibrate(const Problem& problem,
-                            Ensemble& ensemble,
+// What a calibration does where nothing else is asked. Where every replicate is simulated from a
+// start of its own, one simulation of each makes an evaluation.
+CalibrationOptions default_options(std::span<const CalibratedExperiment> experiments);
+
+// What a calibration costs at most, in simulations at the largest time step.
+double expected_cost(std::span<const CalibratedExperiment> experiments,
+                     const CalibrationOptions& options);
+
+// The parts of all problems, by names that tell experiments apart, for the journal.
+ProblemParts parts_of(std::span<const CalibratedExperiment> experiments);
+
+// `common` states what is tuned. Deterministic in problems, options and engines; resumes by being
+// run again on the same journal. Where an evaluation has few seeds, because one experiment
+// simulates every replicate, conditions of the others are simulated several times with each of
+// them: a single run is as noisy as a replicate. Throws TooManyFailures.
+CalibrationResult calibrate(const datasets::Experiment& common,
+                            std::span<const CalibratedExperiment> experiments,
+                            Journal& journal,
+                            Executor& executor,
+                            const EngineOptions& engine_options,
                             const CalibrationOptions& options);
 
 }  // namespace graintruth::calibrate

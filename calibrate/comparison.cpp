@@ -1,6 +1,10 @@
 #include "calibrate/comparison.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "calibrate/median.h"
 
 namespace graintruth::calibrate {
 
@@ -12,6 +16,14 @@ void count_runs(Evaluation& evaluation) {
   }
 }
 
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
 double jackknife_error(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
   if (values.size() < 2) return 0.0;
@@ -20,15 +32,6 @@ double jackknife_error(std::span<const double> values) {
   double squares = 0.0;
   for (const double value : values) squares += (value - mean) * (value - mean);
   return std::sqrt((n - 1.0) / n * squares);
-}
-
-double difference_deviation(std::span<const std::vector<double>> drawn) {
-  const auto n = static_cast<double>(drawn.size());
-  double mean = 0.0;
-  for (const auto& draw : drawn) mean += (draw[0] - draw[1]) / n;
-  double squares = 0.0;
-  for (const auto& draw : drawn) squares += std::pow(draw[0] - draw[1] - mean, 2);
-  return std::sqrt(squares / (n - 1.0));
 }
 
 }  // namespace graintruth::calibrate

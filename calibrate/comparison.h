@@ -1,6 +1,6 @@
 // What simulations are compared with, as the search sees it: an objective, how much of it is noise
-// of the seeds, and what other replicates and seeds could have made of it. Tracks of the same
-// particles are compared in track_comparison.h, what flows out of a bin in bin_comparison.h.
+// of the seeds, and what other replicates and seeds could have made of it. Channels of any
+// observables are compared in compare/channel_comparison.h.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/simulator.h"
+#include "calibrate/simulated_run.h"
+#include "datasets/experiment.h"
 
 namespace graintruth::calibrate {
 
@@ -26,12 +27,6 @@ struct Evaluation {
 
 // Counts the runs of an evaluation that failed or were retried, and their processor time.
 void count_runs(Evaluation& evaluation);
-
-struct BootstrapOptions {
-  int draws = 300;
-  std::uint64_t seed = 1;
-  int jobs = 1;
-};
 
 // How a single run compares, for the reader of the journal.
 struct RunScore {
@@ -79,14 +74,12 @@ class Comparison {
   // 95 %, when replicates and seeds could have been others. No new simulations are run.
   virtual double half_width_of_difference(const Evaluation& first,
                                           const Evaluation& second,
-                                          const PooledChance& chance,
-                                          const BootstrapOptions& options) const = 0;
+                                          const PooledChance& chance) const = 0;
   // By how much `evaluation` may be worse than `best`, the lowest of all, before its parameters can
   // be told from the true ones at 95 %.
   virtual double allowed_excess(const Evaluation& best,
                                 const Evaluation& evaluation,
-                                const PooledChance& chance,
-                                const BootstrapOptions& options) const = 0;
+                                const PooledChance& chance) const = 0;
 
   // The same comparison with simulated runs in place of the filmed replicates; null where these
   // are too few to show a spread.
@@ -96,10 +89,6 @@ class Comparison {
   virtual std::unique_ptr<Comparison> with_form(datasets::ObjectiveForm) const { return nullptr; }
   virtual datasets::ObjectiveForm form() const { return datasets::ObjectiveForm::smooth; }
 };
-
-// Standard deviation over draws of the difference between the objectives of two evaluations:
-// [draw][evaluation].
-double difference_deviation(std::span<const std::vector<double>> drawn);
 
 // Jackknife standard error from n delete-one values: sqrt((n - 1)/n sum (v_i - mean)^2), Efron and
 // Stein (1981).

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "calibrate/median.h"
 #include "calibrate/optimiser.h"
-#include "calibrate/score.h"
 
 namespace graintruth::calibrate {
 

@@ -1,5 +1,7 @@
 #include "calibrate/ensemble.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -20,28 +22,6 @@ std::uint64_t mixed(std::uint64_t state) {
 
 }  // namespace
 
-void parallel_for(int count, int jobs, const std::function<void(int)>& task) {
-  std::atomic<int> next = 0;
-  std::exception_ptr failure;
-  std::mutex mutex;
-  const auto work = [&] {
-    for (int i = next++; i < count; i = next++) {
-      try {
-        task(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!failure) failure = std::current_exception();
-        next = count;
-      }
-    }
-  };
-  std::vector<std::jthread> threads;
-  for (int thread = 1; thread < std::min(jobs, count); ++thread) threads.emplace_back(work);
-  work();
-  threads.clear();
-  if (failure) std::rethrow_exception(failure);
-}
-
 std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpose, int count) {
   std::uint64_t base = mixed(seed);
   for (const char c : purpose) base = mixed(base ^ static_cast<unsigned char>(c));
@@ -52,51 +32,36 @@ std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpo
   return seeds;
 }
 
+std::vector<Scene> repeated(const Scene& scene, int times) {
+  std::vector<Scene> scenes = {scene};
+  for (int time = 1; time < times; ++time) {
+    Scene again = scene;
+    again.spec = [spec = scene.spec, time](
+                     const ParameterSet& parameters, double fraction, std::uint64_t seed) {
+      return spec(
+          parameters, fraction, make_seeds(seed, fmt::format("repeat {}", time), 1).front());
+    };
+    scenes.push_back(std::move(again));
+  }
+  return scenes;
+}
+
 Ensemble::Ensemble(std::vector<Scene> scenes,
                    Journal& journal,
                    std::shared_ptr<const Comparison> comparison,
-                   int jobs)
+                   Executor& executor)
     : scenes_(std::move(scenes)),
       journal_(journal),
       comparison_(std::move(comparison)),
-      jobs_(jobs) {}
+      executor_(executor) {}
 
-SimulatedRun Ensemble::simulate(const Simulator& simulator, const SimulationRequest& request) {
-  SimulatedRun run = simulator(request);
-  if (run.status != RunStatus::unstable) return run;
-  SimulationRequest finer = request;
-  finer.time_step_fraction = 0.5 * request.time_step_fraction;
-  SimulatedRun again = simulator(finer);
-  if (again.status != RunStatus::completed) return run;
-  again.message =
-      "unstable at the time step asked for (" + run.message + "), completed at half of it";
-  again.seconds += run.seconds;
-  return again;
-}
-
-SimulatedRun Ensemble::run_once(const std::string& stage,
-                                std::size_t scene,
-                                const SimulationRequest& request,
-                                bool& from_journal) {
-  const auto& [problem, simulator] = scenes_[scene];
-  if (auto known = journal_.find(problem, request)) {
-    from_journal = true;
-    return *std::move(known);
-  }
-  from_journal = false;
-  JournalRow row{
-      .problem = problem, .stage = stage, .request = request, .run = simulate(simulator, request)};
-  ++simulated_;
-  const RunScore score = comparison_->score_run(row.run, scene);
-  row.objective = score.objective;
-  row.agreement_percent = score.agreement_percent;
-  journal_.add(row);
-  return std::move(row.run);
-}
-
-void Ensemble::summarise(Evaluation& evaluation) const {
-  count_runs(evaluation);
-  evaluation.objective = comparison_->objective(evaluation.runs);
+SimulatedRun Ensemble::measured(std::size_t scene, EngineRun run) const {
+  SimulatedRun measured{.status = run.status,
+                        .message = std::move(run.message),
+                        .time_step = run.time_step,
+                        .seconds = run.seconds};
+  if (run.status == RunStatus::completed) measured.channels = scenes_[scene].measure(run.recording);
+  return measured;
 }
 
 std::vector<Evaluation> Ensemble::evaluate(const std::string& stage,
@@ -110,25 +75,59 @@ std::vector<Evaluation> Ensemble::evaluate(const std::string& stage,
                            .time_step_fraction = point.time_step_fraction});
     evaluations.back().runs.resize(scenes_.size() * seeds.size());
   }
+  // 1. What the journal has already
+  struct Missing {
+    std::size_t point, run;
+  };
   const std::size_t runs = scenes_.size() * seeds.size();
   const int total = static_cast<int>(points.size() * runs);
+  std::vector<SimulationTask> tasks;
+  std::vector<Missing> missing;
   std::mutex mutex;
   int done = 0;
-  parallel_for(total, jobs_, [&](int i) {
-    const std::size_t point = static_cast<std::size_t>(i) / runs;
-    const std::size_t run = static_cast<std::size_t>(i) % runs;
-    const EvaluationPoint& at = points[point];
-    bool from_journal = false;
-    evaluations[point].runs[run] =
-        run_once(stage,
-                 run / seeds.size(),
-                 {at.parameters, at.time_step_fraction, seeds[run % seeds.size()]},
-                 from_journal);
+  const auto count = [&](bool from_journal) {
     const std::lock_guard lock(mutex);
     ++done;
     if (progress) progress(done, total, from_journal);
+  };
+  for (std::size_t point = 0; point < points.size(); ++point) {
+    for (std::size_t run = 0; run < runs; ++run) {
+      const Scene& scene = scenes_[run / seeds.size()];
+      SimulationSpec spec = scene.spec(
+          points[point].parameters, points[point].time_step_fraction, seeds[run % seeds.size()]);
+      if (auto known = journal_.find(fingerprint_of(spec))) {
+        evaluations[point].runs[run] = *std::move(known);
+        count(true);
+        continue;
+      }
+      tasks.push_back({scene.engine, std::move(spec)});
+      missing.push_back({point, run});
+    }
+  }
+  // 2. What has to be simulated
+  executor_.run(tasks, scenes_.front().options, [&](std::size_t task, EngineRun ended) {
+    const auto [point, run] = missing[task];
+    const std::size_t scene = run / seeds.size();
+    const SimulationSpec& spec = tasks[task].spec;
+    JournalRow row{.fingerprint = fingerprint_of(spec),
+                   .problem = scenes_[scene].problem,
+                   .stage = stage,
+                   .parameters = spec.parameters,
+                   .time_step_fraction = spec.time_step_fraction,
+                   .seed = spec.seed,
+                   .run = measured(scene, std::move(ended))};
+    ++simulated_;
+    const RunScore score = comparison_->score_run(row.run, scene);
+    row.objective = score.objective;
+    row.agreement_percent = score.agreement_percent;
+    journal_.add(row);
+    evaluations[point].runs[run] = std::move(row.run);
+    count(false);
   });
-  for (Evaluation& evaluation : evaluations) summarise(evaluation);
+  for (Evaluation& evaluation : evaluations) {
+    count_runs(evaluation);
+    evaluation.objective = comparison_->objective(evaluation.runs);
+  }
   return evaluations;
 }
 

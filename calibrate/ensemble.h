@@ -1,8 +1,9 @@
 // Many simulations at once: every (parameters, seed) pair is looked up in the journal or simulated,
-// on all cores, with the same outcome for any number of them.
+// with the same outcome wherever it runs.
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "calibrate/comparison.h"
+#include "calibrate/executors/executor.h"
 #include "calibrate/journal.h"
 
 namespace graintruth::calibrate {
@@ -23,21 +25,27 @@ struct EvaluationPoint {
 // it came from the journal.
 using SimulationProgress = std::function<void(int done, int total, bool from_journal)>;
 
-// One simulated situation. Any simulation is identified by `problem`, the hash of everything that
-// matters besides the request, and its request.
+// One simulated situation: what is simulated for given parameters, and what is measured of it.
 struct Scene {
-  std::string problem;
-  Simulator simulator;
+  std::string problem;  // fingerprint of everything but parameters, time step and seed
+  const Engine* engine = nullptr;
+  EngineOptions options;
+  std::function<SimulationSpec(
+      const ParameterSet& parameters, double time_step_fraction, std::uint64_t seed)>
+      spec;
+  std::function<std::vector<Channel>(const datasets::Recording& recording)> measure;
 };
+
+// The scene `times` over, each time with seeds of its own.
+std::vector<Scene> repeated(const Scene& scene, int times);
 
 class Ensemble {
  public:
-  // An evaluation simulates every scene with every seed, on `jobs` threads at most. A run that
-  // becomes unstable is tried once more at half the time step.
+  // An evaluation simulates every scene with every seed.
   Ensemble(std::vector<Scene> scenes,
            Journal& journal,
            std::shared_ptr<const Comparison> comparison,
-           int jobs);
+           Executor& executor);
 
   // Evaluates all points with the same seeds (common random numbers). Throws Interrupted when a
   // simulation does; what had ended by then is in the journal.
@@ -52,25 +60,16 @@ class Ensemble {
   int simulated() const { return simulated_; }
 
  private:
-  static SimulatedRun simulate(const Simulator& simulator, const SimulationRequest& request);
-  SimulatedRun run_once(const std::string& stage,
-                        std::size_t scene,
-                        const SimulationRequest& request,
-                        bool& from_journal);
-  void summarise(Evaluation& evaluation) const;
+  SimulatedRun measured(std::size_t scene, EngineRun run) const;
 
   std::vector<Scene> scenes_;
   Journal& journal_;
   std::shared_ptr<const Comparison> comparison_;
-  int jobs_;
+  Executor& executor_;
   std::atomic<int> simulated_ = 0;
 };
 
 // `count` seeds for a purpose, all different, fixed by the caller's seed.
 std::vector<std::uint64_t> make_seeds(std::uint64_t seed, std::string_view purpose, int count);
-
-// Runs `task(i)` for i in [0, count) on `jobs` threads. The first exception is rethrown after all
-// threads have stopped.
-void parallel_for(int count, int jobs, const std::function<void(int)>& task);
 
 }  // namespace graintruth::calibrate

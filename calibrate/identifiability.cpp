@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "datasets/parameters/parameter.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -46,11 +48,10 @@ TradeOff trade_off_of(const std::vector<ParameterSet>& region,
 }
 
 // The bench test that fixes one of the two.
-std::string_view separating_test(const std::string& second) {
-  if (second == "restitution")
-    return "a drop test of the particle, with restitution held at what it gives,";
-  return "a sliding test of the particle on the wall, with friction_particle_wall held at what it "
-         "gives,";
+std::string separating_test(const std::string& second) {
+  return fmt::format("{}, with {} held at what it gives,",
+                     datasets::parameter_named(second).kind->bench_test,
+                     second);
 }
 
 }  // namespace

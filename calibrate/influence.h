@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/track_comparison.h"
+#include "calibrate/compare/channel_comparison.h"
 
 namespace graintruth::calibrate {
 
@@ -16,9 +16,10 @@ struct InfluenceRow {
   double objective = 0.0;  // there, without it
 };
 
-// First all replicates, then all particles; none of a kind of which fewer than three are there. The
-// order of evaluations breaks ties.
-std::vector<InfluenceRow> influence_of_each(const TrackComparison& comparison,
+// Of a comparison of one experiment. First all replicates, then all particles where tracks are
+// compared; none of a kind of which fewer than three are there. The order of evaluations breaks
+// ties.
+std::vector<InfluenceRow> influence_of_each(const ChannelComparison& comparison,
                                             std::span<const Evaluation> evaluations);
 
 }  // namespace graintruth::calibrate

@@ -10,7 +10,10 @@
 #include <mutex>
 #include <tuple>
 
+#include "calibrate/observables/channel_archive.h"
 #include "datasets/input_error.h"
+#include "datasets/parameters/parameter_archive.h"
+#include "datasets/store/archive.h"
 
 namespace graintruth::calibrate {
 
@@ -18,23 +21,18 @@ namespace {
 
 constexpr const char* schema =
     "CREATE TABLE IF NOT EXISTS simulation ("
-    " id INTEGER PRIMARY KEY, problem TEXT NOT NULL, stage TEXT NOT NULL,"
-    " friction_particle_particle REAL NOT NULL, friction_particle_wall REAL NOT NULL,"
-    " restitution REAL NOT NULL, time_step_fraction REAL NOT NULL, seed INTEGER NOT NULL,"
-    " status TEXT NOT NULL, message TEXT NOT NULL, objective REAL, agreement_percent REAL,"
-    " time_step_s REAL NOT NULL, seconds REAL NOT NULL,"
-    " particles INTEGER NOT NULL, times BLOB NOT NULL, poses BLOB NOT NULL, bin BLOB,"
-    " UNIQUE (problem, friction_particle_particle, friction_particle_wall, restitution,"
-    "         time_step_fraction, seed));";
+    " id INTEGER PRIMARY KEY, fingerprint TEXT NOT NULL UNIQUE, problem TEXT NOT NULL,"
+    " stage TEXT NOT NULL, parameters TEXT NOT NULL, time_step_fraction REAL NOT NULL,"
+    " seed INTEGER NOT NULL, status TEXT NOT NULL, message TEXT NOT NULL, objective REAL,"
+    " agreement_percent REAL, time_step_s REAL NOT NULL, seconds REAL NOT NULL,"
+    " channels BLOB NOT NULL);";
 
 constexpr const char* parts_schema =
     "CREATE TABLE IF NOT EXISTS problem_part (name TEXT PRIMARY KEY, hash TEXT NOT NULL);";
 
 constexpr const char* columns =
-    "id, problem, stage, friction_particle_particle, friction_particle_wall, restitution,"
-    " time_step_fraction, seed, status, message, objective, agreement_percent, time_step_s, "
-    "seconds,"
-    " particles, times, poses, bin";
+    "id, fingerprint, problem, stage, parameters, time_step_fraction, seed, status, message,"
+    " objective, agreement_percent, time_step_s, seconds, channels";
 
 RunStatus status_named(std::string_view name) {
   for (const RunStatus status : {RunStatus::unstable, RunStatus::timed_out}) {
@@ -118,106 +116,41 @@ class Statement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
-// What was measured of a bin as plain numbers, and back: counts before what they count.
-std::vector<double> numbers_of(const BinMeasurement& bin) {
-  const Discharge& discharge = bin.discharge;
-  if (discharge.particles == 0) return {};
-  std::vector<double> numbers = {static_cast<double>(discharge.particles),
-                                 static_cast<double>(discharge.over_orifice),
-                                 discharge.from,
-                                 discharge.to,
-                                 static_cast<double>(discharge.times.size())};
-  numbers.insert(numbers.end(), discharge.times.begin(), discharge.times.end());
-  numbers.push_back(static_cast<double>(bin.at_rest.surface.size()));
-  numbers.insert(numbers.end(), bin.at_rest.surface.begin(), bin.at_rest.surface.end());
-  for (const double value : {bin.at_rest.area,
-                             bin.at_rest.solid_fraction,
-                             bin.at_rest.areal_density,
-                             bin.flowing_density,
-                             bin.profile.height,
-                             bin.profile.areal_density,
-                             bin.profile.flux,
-                             static_cast<double>(bin.profile.samples.size())})
-    numbers.push_back(value);
-  for (const VelocitySample& sample : bin.profile.samples) {
-    for (const double value : {sample.x, sample.velocity, sample.standard_uncertainty})
-      numbers.push_back(value);
-  }
-  numbers.push_back(static_cast<double>(bin.stagnant_heights.size()));
-  numbers.insert(numbers.end(), bin.stagnant_heights.begin(), bin.stagnant_heights.end());
-  return numbers;
+// CBOR: every bit of every number.
+std::vector<std::uint8_t> bytes_of(const std::vector<Channel>& channels) {
+  return datasets::Json::to_cbor(datasets::to_json(channels));
 }
 
-BinMeasurement bin_of(const std::vector<double>& numbers) {
-  BinMeasurement bin;
-  if (numbers.empty()) return bin;
-  // A row that another hand has cut short reads as zeros.
-  std::size_t next = 0;
-  const auto number = [&] { return next < numbers.size() ? numbers[next++] : 0.0; };
-  const auto count = [&] {
-    return static_cast<std::size_t>(std::clamp(number(), 0.0, static_cast<double>(numbers.size())));
-  };
-  bin.discharge.particles = static_cast<int>(number());
-  bin.discharge.over_orifice = static_cast<int>(number());
-  bin.discharge.from = number();
-  bin.discharge.to = number();
-  bin.discharge.times.resize(count());
-  for (double& time : bin.discharge.times) time = number();
-  bin.at_rest.surface.resize(count());
-  for (double& height : bin.at_rest.surface) height = number();
-  for (double* value : {&bin.at_rest.area,
-                        &bin.at_rest.solid_fraction,
-                        &bin.at_rest.areal_density,
-                        &bin.flowing_density,
-                        &bin.profile.height,
-                        &bin.profile.areal_density,
-                        &bin.profile.flux})
-    *value = number();
-  bin.profile.samples.resize(count());
-  for (VelocitySample& sample : bin.profile.samples) {
-    sample.x = number();
-    sample.velocity = number();
-    sample.standard_uncertainty = number();
-  }
-  bin.stagnant_heights.resize(count());
-  for (double& height : bin.stagnant_heights) height = number();
-  return bin;
+std::vector<Channel> channels_of(const std::vector<std::uint8_t>& bytes) {
+  return datasets::from_json<std::vector<Channel>>(datasets::Json::from_cbor(bytes));
 }
 
 JournalRow row_of(const Statement& statement) {
   JournalRow row;
   row.id = statement.integer(0);
-  row.problem = statement.text(1);
-  row.stage = statement.text(2);
-  row.request = {{statement.number(3), statement.number(4), statement.number(5)},
-                 statement.number(6),
-                 static_cast<std::uint64_t>(statement.integer(7))};
-  row.run.status = status_named(statement.text(8));
-  row.run.message = statement.text(9);
-  row.objective = statement.number(10);
-  row.agreement_percent = statement.number(11);
-  row.run.time_step = statement.number(12);
-  row.run.seconds = statement.number(13);
-  row.run.trajectories.particles = static_cast<int>(statement.integer(14));
-  row.run.trajectories.time = statement.blob<double>(15);
-  row.run.trajectories.poses = statement.blob<datasets::Pose>(16);
-  row.run.bin = bin_of(statement.blob<double>(17));
+  row.fingerprint = statement.text(1);
+  row.problem = statement.text(2);
+  row.stage = statement.text(3);
+  row.parameters = datasets::from_json<ParameterSet>(datasets::Json::parse(statement.text(4)));
+  row.time_step_fraction = statement.number(5);
+  row.seed = static_cast<std::uint64_t>(statement.integer(6));
+  row.run.status = status_named(statement.text(7));
+  row.run.message = statement.text(8);
+  row.objective = statement.number(9);
+  row.agreement_percent = statement.number(10);
+  row.run.time_step = statement.number(11);
+  row.run.seconds = statement.number(12);
+  row.run.channels = channels_of(statement.blob<std::uint8_t>(13));
   return row;
 }
 
-}  // namespace
-
-std::string_view name_of(RunStatus status) {
-  switch (status) {
-    case RunStatus::completed:
-      return "completed";
-    case RunStatus::unstable:
-      return "unstable";
-    case RunStatus::timed_out:
-      return "timed_out";
-  }
-  return "";
+bool has_column(sqlite3* database, const char* column) {
+  Statement statement(database, "SELECT 1 FROM pragma_table_info('simulation') WHERE name = ?;");
+  statement.bind(1, std::string(column));
+  return statement.step();
 }
+
+}  // namespace
 
 struct Journal::Database {
   sqlite3* handle = nullptr;
@@ -234,6 +167,12 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
   }
   database_->file = file;
   sqlite3_busy_timeout(database_->handle, 10000);
+  if (has_column(database_->handle, "problem") && !has_column(database_->handle, "fingerprint")) {
+    throw datasets::InputError(
+        fmt::format("{}: the simulations in it are of an earlier program, whose run cannot be gone "
+                    "on with; choose another folder with --out, or remove the file.",
+                    file.string()));
+  }
   // A network file system may refuse WAL; the rollback journal is as safe, only slower.
   if (Statement wal(database_->handle, "PRAGMA journal_mode=WAL;");
       !wal.step() || wal.text(0) != "wal") {
@@ -242,16 +181,11 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
   Statement(database_->handle, "PRAGMA synchronous=FULL;").step();
   Statement(database_->handle, schema).step();
   Statement(database_->handle, parts_schema).step();
-  // Journals of before bins were simulated lack their column.
-  Statement has_bin(database_->handle,
-                    "SELECT 1 FROM pragma_table_info('simulation') WHERE name = 'bin';");
-  if (!has_bin.step())
-    Statement(database_->handle, "ALTER TABLE simulation ADD COLUMN bin BLOB;").step();
 }
 
 Journal::~Journal() = default;
 
-void Journal::belong_to(const ProblemParts& parts) {
+void Journal::belong_to(const SpecParts& parts) {
   const std::lock_guard lock(database_->mutex);
   std::vector<std::string> changed;
   for (const auto& [name, hash] : parts) {
@@ -274,21 +208,11 @@ void Journal::belong_to(const ProblemParts& parts) {
   }
 }
 
-std::optional<SimulatedRun> Journal::find(const std::string& problem,
-                                          const SimulationRequest& request) {
+std::optional<SimulatedRun> Journal::find(const std::string& fingerprint) {
   const std::lock_guard lock(database_->mutex);
-  Statement statement(
-      database_->handle,
-      fmt::format("SELECT {} FROM simulation WHERE problem = ? AND friction_particle_particle = ?"
-                  " AND friction_particle_wall = ? AND restitution = ? AND time_step_fraction = ?"
-                  " AND seed = ?;",
-                  columns));
-  statement.bind(1, problem);
-  statement.bind(2, request.parameters.friction_particle_particle);
-  statement.bind(3, request.parameters.friction_particle_wall);
-  statement.bind(4, request.parameters.restitution);
-  statement.bind(5, request.time_step_fraction);
-  statement.bind(6, static_cast<std::int64_t>(request.seed));
+  Statement statement(database_->handle,
+                      fmt::format("SELECT {} FROM simulation WHERE fingerprint = ?;", columns));
+  statement.bind(1, fingerprint);
   if (!statement.step()) return std::nullopt;
   return row_of(statement).run;
 }
@@ -297,27 +221,22 @@ void Journal::add(const JournalRow& row) {
   const std::lock_guard lock(database_->mutex);
   Statement statement(
       database_->handle,
-      "INSERT INTO simulation (problem, stage, friction_particle_particle,"
-      " friction_particle_wall, restitution, time_step_fraction, seed, status, message, objective,"
-      " agreement_percent, time_step_s, seconds, particles, times, poses, bin)"
-      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO NOTHING;");
-  statement.bind(1, row.problem);
-  statement.bind(2, row.stage);
-  statement.bind(3, row.request.parameters.friction_particle_particle);
-  statement.bind(4, row.request.parameters.friction_particle_wall);
-  statement.bind(5, row.request.parameters.restitution);
-  statement.bind(6, row.request.time_step_fraction);
-  statement.bind(7, static_cast<std::int64_t>(row.request.seed));
-  statement.bind(8, std::string(name_of(row.run.status)));
-  statement.bind(9, row.run.message);
-  statement.bind(10, row.objective);
-  statement.bind(11, row.agreement_percent);
-  statement.bind(12, row.run.time_step);
-  statement.bind(13, row.run.seconds);
-  statement.bind(14, static_cast<std::int64_t>(row.run.trajectories.particles));
-  statement.bind(15, row.run.trajectories.time);
-  statement.bind(16, row.run.trajectories.poses);
-  statement.bind(17, numbers_of(row.run.bin));
+      "INSERT INTO simulation (fingerprint, problem, stage, parameters, time_step_fraction, seed,"
+      " status, message, objective, agreement_percent, time_step_s, seconds, channels)"
+      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO NOTHING;");
+  statement.bind(1, row.fingerprint);
+  statement.bind(2, row.problem);
+  statement.bind(3, row.stage);
+  statement.bind(4, datasets::to_json(row.parameters).dump());
+  statement.bind(5, row.time_step_fraction);
+  statement.bind(6, static_cast<std::int64_t>(row.seed));
+  statement.bind(7, std::string(name_of(row.run.status)));
+  statement.bind(8, row.run.message);
+  statement.bind(9, row.objective);
+  statement.bind(10, row.agreement_percent);
+  statement.bind(11, row.run.time_step);
+  statement.bind(12, row.run.seconds);
+  statement.bind(13, bytes_of(row.run.channels));
   statement.step();
 }
 
@@ -357,44 +276,45 @@ std::vector<std::string> Journal::problems() {
 
 datasets::Table journal_table(Journal& journal) {
   std::vector<JournalRow> rows = journal.rows();
+  ParameterSet all;  // every parameter that any row has
+  for (const JournalRow& row : rows) {
+    for (const auto& [name, value] : row.parameters) all.set(name, value);
+  }
   const auto key = [](const JournalRow& row) {
-    const SimulationRequest& request = row.request;
-    return std::tuple(row.problem,
-                      request.parameters.friction_particle_particle,
-                      request.parameters.friction_particle_wall,
-                      request.parameters.restitution,
-                      request.time_step_fraction,
-                      request.seed);
+    std::vector<double> values;
+    for (const auto& [name, value] : row.parameters) values.push_back(value);
+    return std::tuple(row.problem, std::move(values), row.time_step_fraction, row.seed);
   };
   std::sort(
       rows.begin(), rows.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  datasets::Table table({"problem",
-                         "stage",
-                         "friction_particle_particle",
-                         "friction_particle_wall",
-                         "restitution",
-                         "time_step_fraction",
-                         "time_step_s",
-                         "seed",
-                         "status",
-                         "message",
-                         "objective",
-                         "agreement_percent",
-                         "seconds"});
+  std::vector<std::string> names = {"problem", "stage"};
+  for (const auto& [name, value] : all) names.push_back(name);
+  for (const char* name : {"time_step_fraction",
+                           "time_step_s",
+                           "seed",
+                           "status",
+                           "message",
+                           "objective",
+                           "agreement_percent",
+                           "seconds"})
+    names.emplace_back(name);
+  datasets::Table table(std::move(names));
   for (const JournalRow& row : rows) {
-    table.add({row.problem,
-               row.stage,
-               datasets::number_text(row.request.parameters.friction_particle_particle),
-               datasets::number_text(row.request.parameters.friction_particle_wall),
-               datasets::number_text(row.request.parameters.restitution),
-               datasets::number_text(row.request.time_step_fraction),
-               datasets::number_text(row.run.time_step),
-               std::to_string(row.request.seed),
-               std::string(name_of(row.run.status)),
-               row.run.message,
-               datasets::number_text(row.objective),
-               datasets::number_text(row.agreement_percent),
-               datasets::number_text(row.run.seconds)});
+    std::vector<std::string> cells = {row.problem, row.stage};
+    for (const auto& [name, value] : all) {
+      cells.push_back(row.parameters.has(name) ? datasets::number_text(row.parameters.of(name))
+                                               : std::string());
+    }
+    for (std::string& cell : std::vector<std::string>{datasets::number_text(row.time_step_fraction),
+                                                      datasets::number_text(row.run.time_step),
+                                                      std::to_string(row.seed),
+                                                      std::string(name_of(row.run.status)),
+                                                      row.run.message,
+                                                      datasets::number_text(row.objective),
+                                                      datasets::number_text(row.agreement_percent),
+                                                      datasets::number_text(row.run.seconds)})
+      cells.push_back(std::move(cell));
+    table.add(std::move(cells));
   }
   return table;
 }

@@ -8,35 +8,35 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "calibrate/simulator.h"
+#include "calibrate/engines/simulation_spec.h"
+#include "calibrate/simulated_run.h"
 #include "datasets/table.h"
 
 namespace graintruth::calibrate {
 
 // A row as it is kept. Objective and agreement are those of this single run, for the reader; the
-// calibration computes its own from the trajectories.
+// calibration computes its own from the channels.
 struct JournalRow {
   std::int64_t id = 0;
-  std::string problem;  // hash of everything that matters besides the request
+  std::string fingerprint;  // of the whole simulation
+  std::string problem;      // of everything but parameters, time step and seed
   std::string stage;
-  SimulationRequest request;
+  ParameterSet parameters;
+  double time_step_fraction = 0.0;
+  std::uint64_t seed = 0;
   SimulatedRun run;
   double objective = 0.0;
-  double agreement_percent = 0.0;  // NaN where particles run out of a bin
+  double agreement_percent = 0.0;  // NaN where no values are repeated by replicates
 };
-
-// What a problem is made of, part by part: the part's name as a person would say it, and a hash of
-// its contents.
-using ProblemParts = std::vector<std::pair<std::string, std::string>>;
 
 // SQLite behind one door (WAL, synchronous FULL: a committed row survives a power cut). Any thread
 // may call it; calls are served one at a time.
 class Journal {
  public:
-  // Opens or makes the file. Throws datasets::InputError when it cannot be opened or written.
+  // Opens or makes the file. Throws datasets::InputError when it cannot be opened or written, or is
+  // of a program that kept other journals.
   explicit Journal(const std::filesystem::path& file);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -44,9 +44,9 @@ class Journal {
 
   // Ties the file to a problem. Throws datasets::InputError that names what has changed when the
   // file was made for one of which a part of the same name was another.
-  void belong_to(const ProblemParts& parts);
-  // The run of this very problem and request, bit for bit as it was.
-  std::optional<SimulatedRun> find(const std::string& problem, const SimulationRequest& request);
+  void belong_to(const SpecParts& parts);
+  // The run of this very simulation, bit for bit as it was.
+  std::optional<SimulatedRun> find(const std::string& fingerprint);
   // Commits a row; returns when it is on disk. Throws datasets::InputError when the disk refuses.
   void add(const JournalRow& row);
   // All rows, in the order of their commits.
@@ -61,7 +61,7 @@ class Journal {
   std::unique_ptr<Database> database_;
 };
 
-// The plain copy, without trajectories, in an order that does not depend on which thread was first.
+// The plain copy, without channels, in an order that does not depend on which thread was first.
 datasets::Table journal_table(Journal& journal);
 // journal.csv: that table.
 void write_journal_csv(const std::filesystem::path& file, Journal& journal);

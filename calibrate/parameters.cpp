@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "datasets/input_error.h"
+#include "datasets/parameters/parameter.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::calibrate {
@@ -23,13 +24,16 @@ nlohmann::json read_result(const std::filesystem::path& file) {
 
 ParameterSet parameters_of_result(const std::filesystem::path& file, ParameterSet parameters) {
   const nlohmann::json json = read_result(file);
-  for (const std::string_view name : parameter_names) {
-    const nlohmann::json::json_pointer value(fmt::format("/parameters/{}/value", name));
-    if (!json.contains(value) || !json[value].is_number()) {
-      throw datasets::InputError(
-          fmt::format("{}: parameters.{}.value is missing or no number.", file.string(), name));
-    }
-    value_of(parameters, name) = json[value].get<double>();
+  for (const datasets::ParameterKind* kind : datasets::parameter_kinds()) {
+    const nlohmann::json::json_pointer value(fmt::format("/parameters/{}/value", kind->name));
+    if (!kind->is_always_stated || (json.contains(value) && json[value].is_number())) continue;
+    throw datasets::InputError(
+        fmt::format("{}: parameters.{}.value is missing or no number.", file.string(), kind->name));
+  }
+  for (const auto& [name, parameter] : json["parameters"].items()) {
+    if (datasets::find_parameter(name) && parameter.contains("value") &&
+        parameter["value"].is_number())
+      parameters.set(name, parameter["value"].get<double>());
   }
   return parameters;
 }
@@ -38,29 +42,11 @@ bool is_json(const std::filesystem::path& file) { return file.extension() == ".j
 
 }  // namespace
 
-double& value_of(ParameterSet& parameters, std::string_view name) {
-  if (name == parameter_names[0]) return parameters.friction_particle_particle;
-  if (name == parameter_names[1]) return parameters.friction_particle_wall;
-  if (name == parameter_names[2]) return parameters.restitution;
-  throw std::logic_error("no such parameter: " + std::string(name));
-}
-
-double value_of(const ParameterSet& parameters, std::string_view name) {
-  return value_of(const_cast<ParameterSet&>(parameters), name);
-}
-
-ParameterSet bench_parameters(const datasets::Experiment& experiment) {
-  const datasets::Material& material = experiment.material;
-  return {material.friction_particle_particle.value,
-          material.friction_particle_wall.value,
-          material.restitution.value};
-}
-
 ParameterSet load_parameters(const std::filesystem::path& file, const ParameterSet& bench) {
   if (is_json(file)) return parameters_of_result(file, bench);
   ParameterSet parameters = bench;
   for (const auto& [name, value] : datasets::read_parameter_table(file))
-    value_of(parameters, name) = value;
+    parameters.set(name, value);
   return parameters;
 }
 
@@ -76,7 +62,7 @@ ParameterSet ParameterSpace::from_unit(const std::vector<double>& unit) const {
   ParameterSet parameters = base_;
   for (std::size_t i = 0; i < tuned_.size(); ++i) {
     const datasets::TunedParameter& tuned = tuned_[i];
-    value_of(parameters, tuned.name) = tuned.lower + unit[i] * (tuned.upper - tuned.lower);
+    parameters.set(tuned.name, tuned.lower + unit[i] * (tuned.upper - tuned.lower));
   }
   return parameters;
 }
@@ -92,7 +78,7 @@ std::vector<double> ParameterSpace::to_unit(const ParameterSet& parameters) cons
 
 ParameterSpace ParameterSpace::with_fixed(std::string_view name, double value) const {
   ParameterSpace fixed = *this;
-  value_of(fixed.base_, name) = value;
+  fixed.base_.set(name, value);
   std::erase_if(fixed.tuned_, [&](const auto& tuned) { return tuned.name == name; });
   return fixed;
 }

@@ -9,28 +9,19 @@
 #include <vector>
 
 #include "datasets/experiment.h"
+#include "datasets/parameters/parameter_set.h"
 
 namespace graintruth::calibrate {
 
-// Contact parameters of one simulation; particle-wall restitution equals particle-particle.
-struct ParameterSet {
-  double friction_particle_particle = 0.0;  // -
-  double friction_particle_wall = 0.0;      // -
-  double restitution = 1.0;                 // -
-};
+using datasets::ParameterSet;
 
-// The names of the parameters, in the order in which every table shows them.
-inline constexpr std::array<std::string_view, 3> parameter_names = {
-    "friction_particle_particle", "friction_particle_wall", "restitution"};
-
-double& value_of(ParameterSet& parameters, std::string_view name);
-double value_of(const ParameterSet& parameters, std::string_view name);
-
-// The bench values of the experiment.
-ParameterSet bench_parameters(const datasets::Experiment& experiment);
+inline double value_of(const ParameterSet& parameters, std::string_view name) {
+  return parameters.of(name);
+}
 
 // Reads a result.json of ours or a TOML table of name = value; what it does not name stays at the
-// bench value. Throws datasets::InputError for an unknown name or an impossible value.
+// bench value. A result.json must name those that every result has. Throws datasets::InputError for
+// an unknown name or an impossible value.
 ParameterSet load_parameters(const std::filesystem::path& file, const ParameterSet& bench);
 
 // The time step fraction of a result.json; none in a TOML table.

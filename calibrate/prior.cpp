@@ -41,14 +41,4 @@ double Prior::reach(const datasets::TunedParameter& parameter, double excess) co
          std::sqrt(2.0 * half_chi_squared * std::max(0.0, excess) / allowed_);
 }
 
-std::string text_of_priors(const datasets::Experiment& experiment) {
-  std::string text;
-  for (const datasets::TunedParameter& tuned : experiment.tuned) {
-    if (!tuned.prior) continue;
-    text += tuned.name + ";" + datasets::number_text(tuned.prior->value) + ";" +
-            datasets::number_text(tuned.prior->standard_uncertainty) + ";";
-  }
-  return text;
-}
-
 }  // namespace graintruth::calibrate

@@ -45,7 +45,4 @@ class Prior {
   double allowed_ = 0.0;
 };
 
-// All priors, for a hash: empty where there are none.
-std::string text_of_priors(const datasets::Experiment& experiment);
-
 }  // namespace graintruth::calibrate

@@ -1,153 +1,187 @@
 #include "calibrate/problem.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/prior.h"
+#include "calibrate/engines/scene_build.h"
+#include "calibrate/observables/moments.h"
 #include "datasets/input_error.h"
-#include "datasets/run_folder.h"
+#include "datasets/parameters/apply.h"
+#include "datasets/rigs/followed_grains.h"
 #include "datasets/store/fingerprint.h"
-#include "datasets/table.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
-constexpr double still_window = 0.2;  // s before the event in which nothing moves yet
+using datasets::BeginsFrom;
+using datasets::Experiment;
+using datasets::InputError;
+using datasets::Recording;
 
-// Changes whenever the simulator or a measuring function gives other numbers for the same input, so
-// that a journal of an older program is never mixed with new runs.
-constexpr const char* numbers_version = "3";
+constexpr double falling_time = 0.5;  // s that a prepared bed needs to rest after its last fall
+constexpr double curve_frame_interval = 0.01;  // s; as finely as a film shows when grains leave
+constexpr double arching_diameters = 6.0;      // openings narrower than this arch
 
-// The mean pose of each particle while it rests, as a one-frame trajectory.
-datasets::Trajectories resting_poses(const datasets::Trajectories& track) {
-  std::vector<datasets::Trajectories> still_frames;
-  for (std::size_t frame = 0; frame < track.frames(); ++frame) {
-    if (track.time[frame] > 0.0 || track.time[frame] < -still_window) continue;
-    datasets::Trajectories one = datasets::make_trajectories(1, track.particles, false);
-    for (std::size_t particle = 0; particle < one.poses.size(); ++particle) {
-      one.poses[particle] = track.poses[track.index(frame, particle)];
-    }
-    still_frames.push_back(std::move(one));
-  }
-  if (still_frames.empty()) return datasets::sample(track, {0.0});
-  return mean_track(measure(still_frames));
+// --- Recordings
+// -----------------------------------------------------------------------------------
+
+void check_number(const datasets::Replicate& replicate, int tracked, int stated) {
+  if (tracked == stated) return;
+  throw InputError(fmt::format("{}: {} particles are tracked, but the experiment has {}.",
+                               replicate.file().string(),
+                               tracked,
+                               stated));
 }
 
-void append(std::string& text, double value) { text += datasets::number_text(value) + ";"; }
-
-std::string text_of(const datasets::Particle& particle) {
-  std::string text;
-  for (const datasets::AxialSphere& sphere : particle.spheres) {
-    append(text, sphere.offset);
-    append(text, sphere.radius);
-  }
-  append(text, particle.mass);
-  return text;
+// A recording that every moment of the comparison lies in.
+void check_span(const Experiment& experiment,
+                const datasets::Replicate& replicate,
+                const std::vector<double>& time) {
+  const double last = experiment.measurement.last_time();
+  if (spans(time, last)) return;
+  throw InputError(
+      fmt::format("{}: the recording spans {:.3f} to {:.3f} s from the start event, but the "
+                  "comparison needs 0 to {:.3f} s; lower measure.frames or film for longer.",
+                  replicate.file().string(),
+                  time.empty() ? 0.0 : time.front(),
+                  time.empty() ? 0.0 : time.back(),
+                  last));
 }
 
-std::string text_of(const datasets::Rig& rig) {
-  std::string text;
-  for (const datasets::Wall& wall : rig.walls) {
-    for (const double value : {wall.from_x, wall.from_z, wall.to_x, wall.to_z}) append(text, value);
-  }
-  if (const auto& piston = rig.piston) {
-    for (const double value : {piston->face_z, piston->left_x, piston->right_x, piston->velocity_z})
-      append(text, value);
-  }
-  append(text, rig.gravity);
-  return text;
-}
-
-std::string text_of(const StartPoses& starts) {
-  std::string text;
-  for (const datasets::Pose& pose : starts.mean) {
-    for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
-  }
-  for (const Quantity quantity : quantities)
-    append(text, value_of(starts.standard_deviation, quantity));
-  return text;
-}
-
-std::string text_of(const TrackComparison& comparison) {
-  std::string text;
-  for (const datasets::Trajectories& replicate : comparison.replicates()) {
-    for (const double time : replicate.time) append(text, time);
-    for (const datasets::Pose& pose : replicate.poses) {
-      for (const Quantity quantity : quantities) append(text, value_of(pose, quantity));
-    }
-  }
-  for (const auto& widths : comparison.target().widths.half_width) {
-    for (const double width : widths) append(text, width);
-  }
-  return text;
-}
-
-void add_hashes(Problem& problem) {
-  std::string elasticity;
-  append(elasticity, problem.experiment.material.elastic_modulus);
-  append(elasticity, problem.experiment.material.poisson_ratio);
-  std::string all;
-  for (const auto& [name, text] :
-       {std::pair("the program's numbers", std::string(numbers_version)),
-        std::pair("particle", text_of(problem.experiment.particle)),
-        std::pair("material", elasticity),
-        std::pair("rig", text_of(problem.experiment.rig)),
-        std::pair("starting poses", text_of(problem.starts)),
-        std::pair("tracks or times of measurement", text_of(*problem.comparison))}) {
-    problem.parts.emplace_back(name, datasets::content_hash(text));
-    all += text;
-  }
-  if (const std::string priors = text_of_priors(problem.experiment); !priors.empty()) {
-    problem.parts.emplace_back("priors", datasets::content_hash(priors));
-    all += priors;
-  }
-  problem.hash = datasets::content_hash(all);
-}
-
-void check_fit(const datasets::Experiment& experiment,
-               std::span<const datasets::Trajectories> tracks) {
-  const double last = experiment.measurement.frame_interval * (experiment.measurement.frames - 1);
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
+void check_fit(const Experiment& experiment, std::span<const Recording> recordings) {
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
-    const std::string& name = replicate.file().string();
-    if (tracks[i].particles != experiment.particle.count) {
-      throw datasets::InputError(
-          fmt::format("{}: {} particles are tracked, but the experiment has {}.",
-                      name,
-                      tracks[i].particles,
-                      experiment.particle.count));
-    }
-    const std::vector<double>& time = tracks[i].time;
-    const double step =
-        time.size() < 2 ? 0.0 : (time.back() - time.front()) / static_cast<double>(time.size() - 1);
-    if (time.empty() || time.front() > 0.5 * step || time.back() < last - 0.5 * step) {
-      throw datasets::InputError(
-          fmt::format("{}: the recording spans {:.3f} to {:.3f} s from the start event, but the "
-                      "comparison needs 0 to "
-                      "{:.3f} s; lower measure.frames or film for longer.",
-                      name,
-                      time.empty() ? 0.0 : time.front(),
-                      time.empty() ? 0.0 : time.back(),
-                      last));
+    const auto& tracks = recordings[i].tracks;
+    if (!tracks) continue;
+    if (experiment.rig.begins_from == BeginsFrom::mean_of_replicates) {
+      check_span(experiment, replicate, tracks->time);
+    } else if (tracks->frames() < 2 || tracks->time.back() <= 0.0) {
+      throw InputError(fmt::format(
+          "{}: nothing is seen after the start event; film until the flow ends.", replicate.name));
     }
   }
 }
 
-// Where tracks tell no angles: those of the stated starting places, or none for a body that is
+// What is asked for and no recording gives.
+void check_observables(const Problem& problem) {
+  const Observables& observables = *problem.observables;
+  for (const auto& [place, weight] : observables.compared()) {
+    const Observable& observable = *observables.all()[place];
+    std::vector<std::string> lacking;
+    for (std::size_t i = 0; i < problem.measured.size(); ++i) {
+      if (!problem.measured[i][place].is_known())
+        lacking.push_back(problem.experiment.replicates[i].name);
+    }
+    // A law is of all conditions together
+    if (lacking.empty() || problem.all->rule_of(observable.name()) != nullptr) continue;
+    throw InputError(fmt::format("{}: '{}' is compared, but {} {} not give it; it takes {}.",
+                                 problem.experiment.file.string(),
+                                 observable.name(),
+                                 fmt::join(lacking, ", "),
+                                 lacking.size() == 1 ? "does" : "do",
+                                 observable.lacking_words()));
+  }
+}
+
+// --- Conditions
+// -----------------------------------------------------------------------------------
+
+std::vector<Condition> conditions_of(const Experiment& experiment) {
+  std::vector<Condition> conditions;
+  for (std::size_t i = 0; i < experiment.replicates.size(); ++i) {
+    const auto& settings = experiment.replicates[i].rig.settings;
+    auto at = std::find_if(conditions.begin(), conditions.end(), [&](const Condition& one) {
+      return one.settings == settings;
+    });
+    if (at == conditions.end()) at = conditions.insert(at, Condition{.settings = settings});
+    at->replicates.push_back(i);
+  }
+  std::stable_sort(conditions.begin(), conditions.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(
+        a.settings.begin(),
+        a.settings.end(),
+        b.settings.begin(),
+        b.settings.end(),
+        [](const auto& x, const auto& y) { return x.value < y.value; });
+  });
+  if (conditions.size() > 1) {
+    for (Condition& condition : conditions) condition.name = words_on(condition.settings);
+  }
+  return conditions;
+}
+
+// What was fitted and what is predicted is never averaged.
+void choose_held_out(const Experiment& experiment, std::vector<Condition>& conditions) {
+  const bool is_stated = std::any_of(
+      experiment.replicates.begin(), experiment.replicates.end(), [](const auto& replicate) {
+        return replicate.held_out.has_value();
+      });
+  std::size_t wide = 0;
+  for (Condition& condition : conditions) {
+    const datasets::Replicate& first = experiment.replicates[condition.replicates.front()];
+    const auto& opening = first.rig.opening;
+    if (opening && opening->width() >= arching_diameters * experiment.particle.diameter) ++wide;
+    if (!is_stated) continue;
+    condition.held_out = first.held_out.value_or(false);
+    for (const std::size_t r : condition.replicates) {
+      if (experiment.replicates[r].held_out.value_or(false) == condition.held_out) continue;
+      throw InputError(fmt::format(
+          "{}: some replicates of {} are held out and some are not; hold out all of them, or none.",
+          experiment.file.string(),
+          condition.name.empty() ? std::string("one condition") : "the " + condition.name));
+    }
+  }
+  if (is_stated || wide < 2) return;
+  for (Condition& condition : conditions) {
+    const auto& opening = experiment.replicates[condition.replicates.front()].rig.opening;
+    condition.held_out =
+        !opening || opening->width() < arching_diameters * experiment.particle.diameter;
+  }
+}
+
+// --- Scenes
+// ---------------------------------------------------------------------------------------
+
+// Grains and surfaces, where the rig does not bring its own; what these are is set by parameters.
+void add_grains(const Experiment& experiment, double modulus, datasets::SceneData& scene) {
+  scene.materials = {{.name = "particle",
+                      .elastic_modulus = modulus,
+                      .poisson_ratio = experiment.material.poisson_ratio},
+                     {.name = "wall", .is_rigid = true}};
+  scene.surfaces = {{.first = datasets::grain_material, .second = datasets::grain_material},
+                    {.first = datasets::grain_material, .second = datasets::wall_material}};
+  scene.particles = {experiment.particle.model};
+  scene.particles.front().material = datasets::grain_material;
+}
+
+//   overlap = (5 m* v^2 / (4 k))^(2/5), k = 4/3 E* sqrt(R*)   (Hertz; sim/time_step.h)
+// solved for E* of two equal particles, m* = m/2, R* = R/2, E* = E / (2 (1 - nu^2)).
+double softened_modulus(const Experiment& experiment, double impact_speed) {
+  const datasets::Material& material = experiment.material;
+  const datasets::Particle& particle = experiment.particle;
+  if (!(experiment.rig.softened_overlap > 0.0)) return material.elastic_modulus;
+  const double overlap = experiment.rig.softened_overlap * particle.diameter;
+  const double stiffness =
+      1.25 * 0.5 * particle.mass * impact_speed * impact_speed / std::pow(overlap, 2.5);
+  const double reduced_modulus = 0.75 * stiffness / std::sqrt(0.25 * particle.diameter);
+  const double poisson = material.poisson_ratio;
+  return std::min(material.elastic_modulus, 2.0 * (1.0 - poisson * poisson) * reduced_modulus);
+}
+
+// Where tracks tell no angles: those of the stated starting places, or none for a grain that is
 // round in the picture.
-void complete_angles(const datasets::Experiment& experiment, StartPoses& starts) {
+void complete_angles(const Experiment& experiment, StartPoses& starts) {
   const bool known = std::any_of(starts.mean.begin(), starts.mean.end(), [](const auto& pose) {
     return std::isfinite(pose.angle);
   });
   if (known) return;
-  const auto& spheres = experiment.particle.spheres;
-  const bool round = std::all_of(
-      spheres.begin(), spheres.end(), [](const auto& sphere) { return sphere.offset == 0.0; });
+  const bool round = !experiment.particle.shows_angle;
   if (!round && experiment.starts.empty()) {
-    throw datasets::InputError(
+    throw InputError(
         fmt::format("{}: the tracks tell no angles, and the particles are not round; add a column "
                     "angle_rad, or state every particle's starting place and angle as [[start]].",
                     experiment.file.string()));
@@ -156,71 +190,397 @@ void complete_angles(const datasets::Experiment& experiment, StartPoses& starts)
     starts.mean[i].angle = round ? 0.0 : experiment.starts[i].angle;
 }
 
-}  // namespace
-
-StartPoses measure_starts(std::span<const datasets::Trajectories> tracks) {
-  std::vector<datasets::Trajectories> resting;
-  for (const datasets::Trajectories& track : tracks) resting.push_back(resting_poses(track));
-  const Band band = measure(resting);
-  StartPoses starts;
-  std::array<double, 3> variance = {};
-  std::array<int, 3> count = {};
-  for (const auto& spreads : band.spreads) {
-    starts.mean.push_back({spreads[0].mean, spreads[1].mean, spreads[2].mean});
-    for (std::size_t q = 0; q < quantities.size(); ++q) {
-      const double sd = spreads[q].standard_deviation;
-      if (!std::isfinite(sd)) continue;
-      variance[q] += sd * sd;
-      ++count[q];
+// The same start for all replicates of a condition: their mean, and the spread of placing.
+void begin_from_mean(const Problem& problem,
+                     const Condition& condition,
+                     std::span<const Recording> recordings,
+                     SimulationSpec& spec) {
+  const Experiment& experiment = problem.experiment;
+  std::vector<const datasets::Trajectories*> tracks;
+  for (const std::size_t r : condition.replicates) {
+    if (!recordings[r].tracks) {
+      throw InputError(
+          fmt::format("{}: gives no tracks, and simulations of this rig begin from them.",
+                      experiment.replicates[r].file().string()));
     }
+    check_number(
+        experiment.replicates[r], recordings[r].tracks->particles, experiment.particle.count);
+    tracks.push_back(&*recordings[r].tracks);
   }
-  for (std::size_t q = 0; q < quantities.size(); ++q) {
-    if (count[q] > 0) variance[q] /= count[q];
-  }
-  starts.standard_deviation = {
-      std::sqrt(variance[0]), std::sqrt(variance[1]), std::sqrt(variance[2])};
-  return starts;
-}
-
-void require_comparable(const datasets::Experiment& experiment) {
-  if (experiment.rig.bin) {
-    throw datasets::InputError(fmt::format(
-        "{}: particles that run out of a bin are compared by what flows, not by their tracks.",
-        experiment.file.string()));
-  }
-  if (experiment.particle.spheres.empty()) {
-    throw datasets::InputError(
-        fmt::format("{}: particle.spheres is missing; a plate can be tracked, but is simulated as "
-                    "the spheres that make it up.",
-                    experiment.file.string()));
-  }
-}
-
-Problem make_problem(const datasets::Experiment& experiment,
-                     std::span<const datasets::Trajectories> tracks) {
-  require_comparable(experiment);
-  check_fit(experiment, tracks);
-  Problem problem{.experiment = experiment};
-  const std::vector<double> times =
-      measurement_times(experiment.measurement.frame_interval, experiment.measurement.frames);
-  std::vector<datasets::Trajectories> replicates;
-  for (const datasets::Trajectories& track : tracks)
-    replicates.push_back(
-        compared_part(datasets::sample(track, times), experiment.measurement.compared));
-  problem.comparison =
-      std::make_shared<TrackComparison>(std::move(replicates), experiment.objective);
-  problem.starts = measure_starts(tracks);
-  complete_angles(experiment, problem.starts);
-  for (std::size_t particle = 0; particle < problem.starts.mean.size(); ++particle) {
-    const datasets::Pose& pose = problem.starts.mean[particle];
+  StartPoses starts = measure_starts(tracks);
+  complete_angles(experiment, starts);
+  for (std::size_t particle = 0; particle < starts.mean.size(); ++particle) {
+    const datasets::Pose& pose = starts.mean[particle];
     if (std::isfinite(pose.x) && std::isfinite(pose.z) && std::isfinite(pose.angle)) continue;
-    throw datasets::InputError(
-        fmt::format("{}: particle {} is not seen in any replicate before the start event.",
+    throw InputError(
+        fmt::format("{}: particle {} is not seen in any replicate before the start "
+                    "event.",
                     experiment.file.string(),
                     particle + 1));
   }
-  add_hashes(problem);
+  spec.start = {starts.mean, starts.standard_deviation};
+  datasets::ScenePhase& run = spec.scene.phases.back();
+  run.output_interval = experiment.measurement.frame_interval;
+  run.duration = measurement_times(run.output_interval, experiment.measurement.frames).back();
+}
+
+// A bed of its own: the filmed one, each pose with the tracker's error; empty where the film does
+// not tell it.
+std::vector<datasets::Pose> bed_of(const Experiment& experiment,
+                                   const datasets::Replicate& replicate,
+                                   const datasets::Trajectories& track) {
+  const datasets::Trajectories* one = &track;
+  std::vector<datasets::Pose> bed = measure_starts({&one, 1}).mean;
+  int unseen = 0, turned = 0;
+  for (const datasets::Pose& pose : bed) {
+    unseen += std::isfinite(pose.x) && std::isfinite(pose.z) ? 0 : 1;
+    turned += std::isfinite(pose.angle) ? 1 : 0;
+  }
+  if (turned > 0) unseen = std::max(unseen, static_cast<int>(bed.size()) - turned);
+  if (static_cast<int>(bed.size()) != experiment.particle.count || unseen > 0) {
+    throw InputError(fmt::format(
+        "{}: {} particles are seen at rest before the orifice opens, but particle.count is {}; "
+        "correct particle.count, or the tracks with a file of corrections.",
+        replicate.name,
+        static_cast<int>(bed.size()) - unseen,
+        experiment.particle.count));
+  }
+  if (turned > 0) return bed;
+  // Discs lie the same whichever way they are turned
+  if (experiment.particle.shows_angle) return {};
+  for (datasets::Pose& pose : bed) pose.angle = 0.0;
+  return bed;
+}
+
+// Rows of grains that fall and settle without friction, as in thesis 4.3.4, before all else.
+void prepare_bed(const Experiment& experiment, int number, datasets::SceneData& scene) {
+  datasets::SceneFill& fill = scene.fill;
+  fill.length = experiment.particle.length;
+  fill.number = number;
+  const int columns =
+      std::max(1, static_cast<int>((fill.high.x() - fill.low.x()) / (1.02 * fill.length)));
+  const int last_row = (experiment.particle.count - 1) / columns;
+  const double top =  // of what falls
+      (last_row + 0.5) * 1.02 * fill.length + experiment.particle.diameter;
+  for (datasets::SceneWall& wall : scene.walls) {
+    // Side walls reach up to it
+    if (wall.points[0].x() == wall.points[1].x())
+      wall.points[1].z() = std::max(wall.points[1].z(), top);
+  }
+  datasets::ScenePhase& settle = scene.phases.front();
+  double opening = settle.duration;
+  opening += std::sqrt(2.0 * top / experiment.rig.gravity) + falling_time;
+  datasets::ScenePhase fall = settle;
+  fall.name = "fall";
+  fall.duration = opening - settle.duration;
+  fall.friction_between_particles = fall.friction_with_walls = 0.0;
+  settle.duration = opening - fall.duration;
+  scene.phases.insert(scene.phases.begin(), fall);
+  ++scene.event_phase;
+}
+
+// The start of one replicate, as long as that lasted.
+void begin_from_own(const Experiment& experiment,
+                    const datasets::Replicate& replicate,
+                    const Recording& recording,
+                    SimulationSpec& spec) {
+  double duration = 0.0, interval = curve_frame_interval;
+  if (const auto& tracks = recording.tracks) {
+    spec.start.poses = bed_of(experiment, replicate, *tracks);
+    spec.start.standard_deviation = typical_error(*tracks);
+    duration = tracks->time.back();
+    interval =
+        (tracks->time.back() - tracks->time.front()) / static_cast<double>(tracks->frames() - 1);
+  } else if (recording.discharge) {
+    duration = recording.discharge->time.back();
+  }
+  datasets::ScenePhase& run = spec.scene.phases.back();
+  run.output_interval = interval;
+  run.duration = std::floor(duration / interval + 0.5) * interval;
+  if (replicate.rig.opening)
+    spec.scene.leaves_below = replicate.rig.opening->z - experiment.particle.diameter;
+}
+
+RecordPlan plan_of(const Observables& observables) {
+  RecordPlan plan{.tracks = false, .curves = {}};
+  for (const auto& observable : observables.all()) {
+    plan.tracks = plan.tracks || observable->needs_tracks();
+    for (const std::string& curve : observable->curves()) plan.curves.push_back(curve);
+  }
+  return plan;
+}
+
+void make_scenes(std::span<const Recording> recordings, Problem& problem) {
+  const Experiment& experiment = problem.experiment;
+  // 1. The fastest impact of any replicate, and how soft grains may be for it
+  double fastest = 0.0;
+  for (const datasets::Replicate& replicate : experiment.replicates) {
+    for (const datasets::ScenePhase& phase : replicate.rig.scene.phases)
+      fastest = std::max(fastest, phase.fastest_impact);
+  }
+  problem.simulated_modulus = softened_modulus(experiment, fastest);
+  // 2. A scene for every condition, or for every replicate
+  const RecordPlan plan = plan_of(*problem.observables);
+  const bool each = experiment.rig.begins_from == BeginsFrom::each_replicate;
+  int prepared = 0;
+  std::vector<SimulationSpec> specs(experiment.replicates.size());
+  for (std::size_t r = 0; r < experiment.replicates.size(); ++r) {
+    const datasets::Replicate& replicate = experiment.replicates[r];
+    SimulationSpec& spec = specs[r];
+    spec.engine = problem.engine->name();
+    spec.engine_version = problem.engine->version();
+    spec.scene = replicate.rig.scene;
+    spec.record = plan;
+    if (!experiment.rig.brings_grains) {
+      add_grains(experiment, problem.simulated_modulus, spec.scene);
+      for (datasets::ScenePhase& phase : spec.scene.phases) phase.fastest_impact = fastest;
+    }
+    if (!each) continue;
+    begin_from_own(experiment, replicate, recordings[r], spec);
+    if (spec.start.poses.empty()) prepare_bed(experiment, ++prepared, spec.scene);
+  }
+  for (std::size_t c = 0; c < problem.conditions.size(); ++c) {
+    Condition& condition = problem.conditions[c];
+    for (const std::size_t r : condition.replicates) {
+      if (!each && r != condition.replicates.front()) continue;
+      condition.scenes.push_back(problem.scenes.size());
+      problem.scenes.push_back({c, r, each, std::move(specs[r])});
+      if (experiment.rig.begins_from == BeginsFrom::mean_of_replicates)
+        begin_from_mean(problem, condition, recordings, problem.scenes.back().spec);
+    }
+  }
+}
+
+// What those whose recordings do not tell a bed must know.
+void say_what_is_prepared(std::span<const Recording> recordings, Problem& problem) {
+  std::vector<std::string> weighed, unturned;
+  for (const ProblemScene& scene : problem.scenes) {
+    if (!scene.is_of_one_replicate || !scene.spec.start.poses.empty()) continue;
+    (recordings[scene.replicate].tracks ? unturned : weighed)
+        .push_back(problem.experiment.replicates[scene.replicate].name);
+  }
+  if (!weighed.empty()) {
+    problem.warnings.push_back(fmt::format(
+        "{}: a discharge curve tells neither the bed nor velocities nor whether an arch holds the "
+        "rest; simulations start from prepared beds, and only rates and what stays are compared.",
+        fmt::join(weighed, ", ")));
+  }
+  if (!unturned.empty()) {
+    problem.warnings.push_back(fmt::format(
+        "{}: the tracks tell no angles; simulations start from prepared beds instead of this one.",
+        fmt::join(unturned, ", ")));
+  }
+}
+
+// --- The comparison
+// -------------------------------------------------------------------------------
+
+std::shared_ptr<const ChannelComparison> comparison_of(const Problem& problem,
+                                                       bool with_held_out,
+                                                       datasets::ObjectiveForm form) {
+  ComparedExperiment compared{.observables = problem.observables,
+                              .situations = problem.situations,
+                              .measured = problem.measured};
+  for (const Condition& condition : problem.conditions) {
+    if (condition.held_out && !with_held_out) continue;
+    ComparedCondition one{.name = condition.name, .replicates = condition.replicates};
+    one.is_paired = problem.scenes[condition.scenes.front()].is_of_one_replicate;
+    for (std::size_t k = 0; k < condition.scenes.size(); ++k)
+      one.scenes.push_back(compared.layout.scenes++);
+    compared.layout.conditions.push_back(std::move(one));
+  }
+  return std::make_shared<ChannelComparison>(std::vector{std::move(compared)}, form);
+}
+
+void compare(Problem& problem) {
+  const Experiment& experiment = problem.experiment;
+  try {
+    problem.all = comparison_of(problem, true, datasets::ObjectiveForm::smooth);
+  } catch (const std::invalid_argument&) {
+    const Observable& observable = *problem.observables->all().front();
+    throw InputError(fmt::format("{}: nothing can be compared; '{}' takes {}.",
+                                 experiment.file.string(),
+                                 observable.name(),
+                                 observable.lacking_words()));
+  }
+  check_observables(problem);
+  const auto refuse_form = [&] {
+    throw InputError(fmt::format(
+        "{}: tune.objective = \"requested\" compares Beverloo's C and k, which take tracks of "
+        "particles that flow steadily through two orifices that are calibrated on; use "
+        "\"smooth\".",
+        experiment.file.string()));
+  };
+  try {
+    problem.calibrated = comparison_of(problem, false, experiment.objective);
+  } catch (const std::invalid_argument&) {
+    if (experiment.objective == datasets::ObjectiveForm::requested) refuse_form();
+    throw InputError(fmt::format(
+        "{}: no condition that is calibrated on has two replicates; the scatter between replicates "
+        "of the same settings is the only measure of how exactly what is compared is known.",
+        experiment.file.string()));
+  }
+}
+
+// All that decides a simulation or its comparison, in parts that a person can name.
+void add_parts(Problem& problem) {
+  std::vector<std::pair<std::string, std::string>> texts;
+  const auto append = [&](const std::string& name, const std::string& text) {
+    for (auto& [known, all] : texts) {
+      if (known != name) continue;
+      all += text;
+      return;
+    }
+    texts.emplace_back(name, text);
+  };
+  for (const ProblemScene& scene : problem.scenes) {
+    for (const auto& [name, hash] : parts_of(scene.spec)) append(name, hash);
+  }
+  std::string values;
+  for (const std::vector<Channel>& channels : problem.measured) {
+    for (const Channel& channel : channels) {
+      for (const double value : channel.values) values += fmt::format("{};", value);
+      for (const double error : channel.errors) values += fmt::format("{};", error);
+    }
+  }
+  append("recordings or times of measurement", values);
+  for (const auto& [name, text] : texts)
+    problem.parts.emplace_back(name, datasets::content_hash(text));
+}
+
+}  // namespace
+
+void complete_particle(Experiment& experiment) {
+  if (!experiment.rig.brings_grains) return;
+  const BuiltScene built = build_scene(experiment.rig.scene, experiment.file.string());
+  double mass = 0.0;
+  for (const sim::Clump& type : built.scene.types)
+    mass += type.mass / static_cast<double>(built.scene.types.size());
+  experiment.particle.mass = mass;
+}
+
+void require_comparable(const Experiment& experiment) {
+  if (!experiment.measurement.observables.empty()) {
+    Observables{experiment};
+    return;
+  }
+  throw InputError(
+      fmt::format("{}: nothing is compared; name it in [measure], observables = [...].",
+                  experiment.file.string()));
+}
+
+bool Problem::simulates_each_replicate() const {
+  return std::any_of(scenes.begin(), scenes.end(), [](const ProblemScene& scene) {
+    return scene.is_of_one_replicate;
+  });
+}
+
+std::vector<std::size_t> Problem::every_scene() const {
+  std::vector<std::size_t> places(scenes.size());
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = i;
+  return places;
+}
+
+SimulationSpec Problem::spec_of(std::size_t scene,
+                                const ParameterSet& parameters,
+                                double time_step_fraction,
+                                std::uint64_t seed) const {
+  SimulationSpec spec = scenes[scene].spec;
+  spec.parameters = parameters;
+  spec.time_step_fraction = time_step_fraction;
+  spec.seed = seed;
+  datasets::apply_parameters(parameters, spec.scene);
+  for (datasets::ScenePhase& phase : spec.scene.phases)
+    phase.time_step_fraction = time_step_fraction;
+  return spec;
+}
+
+double Problem::largest_time_step_fraction() const {
+  double largest = 1.0;
+  for (std::size_t scene = 0; scene < scenes.size(); ++scene) {
+    largest = std::min(largest,
+                       engine->largest_time_step_fraction(
+                           spec_of(scene, datasets::bench_parameters(experiment), 1.0, 0)));
+  }
+  return largest;
+}
+
+Problem plan_problem(const Experiment& experiment, std::span<const Recording> recordings) {
+  require_comparable(experiment);
+  Problem problem{.experiment = experiment,
+                  .observables = std::make_shared<Observables>(experiment),
+                  .engine = &engine_named("embedded")};
+  problem.conditions = conditions_of(experiment);
+  choose_held_out(experiment, problem.conditions);
+  make_scenes(recordings, problem);
+  for (const Condition& condition : problem.conditions) {
+    if (condition.held_out) continue;
+    problem.calibrated_scenes.insert(
+        problem.calibrated_scenes.end(), condition.scenes.begin(), condition.scenes.end());
+  }
   return problem;
+}
+
+Problem make_problem(const Experiment& experiment, std::span<const Recording> recordings) {
+  check_fit(experiment, recordings);
+  // 1. What is simulated
+  Problem problem = plan_problem(experiment, recordings);
+  say_what_is_prepared(recordings, problem);
+  // 2. Every replicate measured
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const datasets::Replicate& replicate = experiment.replicates[i];
+    Situation situation{.particle = experiment.particle,
+                        .rig = replicate.rig,
+                        .measurement = experiment.measurement};
+    situation.measurement.observables.clear();
+    problem.measured.push_back(problem.observables->measure(recordings[i], situation));
+    problem.situations.push_back(std::move(situation));
+  }
+  // 3. How both are compared
+  compare(problem);
+  add_parts(problem);
+  return problem;
+}
+
+std::optional<std::size_t> typical_replicate(const Problem& problem,
+                                             const Condition& condition,
+                                             const std::function<bool(std::size_t)>& may_be) {
+  std::optional<std::size_t> nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::size_t replicate : condition.replicates) {
+    if (!may_be(replicate)) continue;
+    // As a run that shows what this replicate does
+    const SimulatedRun as_a_run{.channels = problem.measured[replicate]};
+    double distance = problem.all->score_run(as_a_run, condition.scenes.front()).objective;
+    if (problem.scenes[condition.scenes.front()].is_of_one_replicate) distance = 0.0;
+    if (nearest && !(distance < least)) continue;
+    nearest = replicate;
+    least = distance;
+  }
+  return nearest;
+}
+
+std::vector<Scene> scenes_of(const Problem& problem,
+                             std::span<const std::size_t> places,
+                             const EngineOptions& options) {
+  std::vector<Scene> scenes;
+  for (const std::size_t place : places) {
+    const ProblemScene& scene = problem.scenes[place];
+    scenes.push_back(
+        {.problem = fingerprint_of(scene.spec),
+         .engine = problem.engine,
+         .options = options,
+         .spec =
+             [&problem, place](const ParameterSet& parameters, double fraction, auto seed) {
+               return problem.spec_of(place, parameters, fraction, seed);
+             },
+         .measure =
+             [&problem, replicate = scene.replicate](const Recording& recording) {
+               return problem.observables->measure(
+                   recording, problem.situations[replicate], &problem.measured[replicate]);
+             }});
+  }
+  return scenes;
 }
 
 }  // namespace graintruth::calibrate

@@ -1,47 +1,99 @@
-// One calibration problem: an experiment and its tracks, measured once, in the form that every
-// stage works from.
+// One calibration problem: an experiment and its recordings, measured once, in the form that every
+// stage works from; and what is simulated for it.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "calibrate/journal.h"
-#include "calibrate/track_comparison.h"
+#include "calibrate/compare/channel_comparison.h"
+#include "calibrate/engines/engine.h"
+#include "calibrate/ensemble.h"
+#include "calibrate/start_poses.h"
 #include "datasets/experiment.h"
+#include "datasets/recording.h"
 
 namespace graintruth::calibrate {
 
-// How the particles lie before the event: the mean over replicates, and the spread with which
-// replicates were placed.
-struct StartPoses {
-  std::vector<datasets::Pose> mean;  // one a particle
-  datasets::Pose
-      standard_deviation;  // pooled over particles: five values a particle would say little
+// Replicates whose rig had the same settings.
+struct Condition {
+  std::string name;  // "orifice width 65 mm"; empty where there is only one condition
+  std::vector<datasets::RigSetting> settings;
+  std::vector<std::size_t> replicates;  // of the experiment
+  std::vector<std::size_t> scenes;      // of the problem
+  bool held_out = false;                // predicted, not calibrated on
 };
+
+// What is simulated: a condition, or one replicate of it from a start of its own.
+struct ProblemScene {
+  std::size_t condition = 0;
+  std::size_t replicate = 0;  // the own one, or the first of the condition
+  bool is_of_one_replicate = false;
+  SimulationSpec spec;  // but for parameters, time step and seed
+};
+
+// What a problem is made of, part by part: the part's name as a person would say it, and a hash of
+// its contents.
+using ProblemParts = SpecParts;
 
 struct Problem {
   datasets::Experiment experiment;
-  std::shared_ptr<const TrackComparison> comparison;  // of the replicates, at the measurement times
-  StartPoses starts;
-  ProblemParts parts;  // everything that decides a simulation or its comparison
-  std::string hash;    // of all parts
+  std::shared_ptr<const Observables> observables;
+  std::vector<Situation> situations;             // of the replicates
+  std::vector<std::vector<Channel>> measured;    // of the replicates
+  std::vector<Condition> conditions;             // rising in their settings
+  std::vector<ProblemScene> scenes;              // in the order of the conditions' replicates
+  std::vector<std::size_t> calibrated_scenes;    // those of conditions that are not held out
+  std::shared_ptr<const ChannelComparison> all;  // of all scenes
+  std::shared_ptr<const ChannelComparison> calibrated;  // of those
+  ProblemParts parts;
+  const Engine* engine = nullptr;
+  double simulated_modulus = 0.0;     // Pa; below the bench's where grains are simulated softer
+  std::vector<std::string> warnings;  // what some recordings do not tell
+
+  // Whether every replicate is simulated from a start of its own, so that one simulation of each
+  // makes an evaluation.
+  bool simulates_each_replicate() const;
+  SimulationSpec spec_of(std::size_t scene,
+                         const ParameterSet& parameters,
+                         double time_step_fraction,
+                         std::uint64_t seed) const;
+  // At which every contact has enough steps, in all scenes.
+  double largest_time_step_fraction() const;
+  std::vector<std::size_t> every_scene() const;
 };
 
-// Throws datasets::InputError for an experiment whose tracks cannot be compared with simulations
-// particle by particle: a bin (see bin_problem.h), or particles without spheres.
+// `recordings` are those of the replicates, in the order of the experiment file. Held out is what
+// the file says; where it says nothing, openings narrower than six grain diameters, whose flow
+// arches (thesis 4.3.3), as long as two wider ones remain. Throws datasets::InputError where the
+// recordings do not fit the experiment or each other, or do not tell what is to be compared.
+Problem make_problem(const datasets::Experiment& experiment,
+                     std::span<const datasets::Recording> recordings);
+
+// Conditions and scenes alone, of recordings that need not tell what is compared: films that have
+// not been tracked, of which only starts and lengths are known.
+Problem plan_problem(const datasets::Experiment& experiment,
+                     std::span<const datasets::Recording> recordings);
+
+// The mass of a grain that a scene states by its density, which takes its shape. Throws
+// datasets::InputError for a scene that cannot be built.
+void complete_particle(datasets::Experiment& experiment);
+
+// Throws datasets::InputError for an experiment that nothing can be compared of, before any film is
+// tracked for nothing.
 void require_comparable(const datasets::Experiment& experiment);
 
-// `tracks` are the replicates' full tracks, in the order of the experiment file. Throws
-// datasets::InputError when the experiment is not comparable or they do not fit it: another number
-// of particles, or a recording that does not reach the last measured frame.
-Problem make_problem(const datasets::Experiment& experiment,
-                     std::span<const datasets::Trajectories> tracks);
+// Of the replicates of a condition that `may_be`, the one whose values lie nearest to the mean of
+// all where replicates repeat them, else the first. None where none may be.
+std::optional<std::size_t> typical_replicate(const Problem& problem,
+                                             const Condition& condition,
+                                             const std::function<bool(std::size_t)>& may_be);
 
-// Where the particles rest before the event: per replicate the mean over its still frames (at most
-// the last 0.2 s before time 0; the pose at 0 where the film has none), then mean and spread over
-// replicates.
-StartPoses measure_starts(std::span<const datasets::Trajectories> tracks);
+// The scenes of these places as an ensemble simulates them.
+std::vector<Scene> scenes_of(const Problem& problem,
+                             std::span<const std::size_t> places,
+                             const EngineOptions& options);
 
 }  // namespace graintruth::calibrate

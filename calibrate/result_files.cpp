@@ -1,10 +1,9 @@
 #include "calibrate/result_files.h"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calibrate/result_json.h"
-#include "datasets/table.h"
 
 namespace graintruth::calibrate {
 
@@ -13,254 +12,215 @@ namespace {
 using datasets::number_text;
 using datasets::Table;
 
-Json agreement_json(const Problem& problem, const Score& score, const ScoreContext& context) {
-  Json per_particle = Json::array();
-  for (std::size_t i = 0; i < score.thesis.per_particle.size(); ++i) {
-    const ParticleAgreement& row = score.thesis.per_particle[i];
-    per_particle.push_back({{"particle", row.particle},
-                            {"rank0", row.frames_of_rank[0]},
-                            {"rank1", row.frames_of_rank[1]},
-                            {"rank2", row.frames_of_rank[2]},
-                            {"rank3", row.frames_of_rank[3]},
-                            {"points", row.points},
-                            {"possible", row.possible},
-                            {"percent", row.percent},
-                            {"percent_student_t", score.student.per_particle[i].percent}});
-  }
-  Json compared = Json::array();
-  for (const Quantity quantity : compared_quantities(problem.comparison->target().replicates))
-    compared.push_back(name_of(quantity));
-  return {{"quantities", compared},
-          {"percent", score.thesis.percent},
-          {"percent_student_t", score.student.percent},
-          {"ceiling_percent", context.thesis_ceiling},
-          {"ceiling_percent_student_t", context.student_ceiling},
-          {"leave_one_out_percent", context.thesis_leave_one_out},
-          {"leave_one_out_percent_student_t", context.student_leave_one_out},
-          {"replicates", problem.comparison->replicates().size()},
-          {"seeds", score.evaluation.runs.size()},
-          {"single_run_median_percent", score.thesis_single_run_median},
-          {"single_run_median_percent_student_t", score.student_single_run_median},
-          {"without_first_frame",
-           {{"percent", score.thesis_without_first_frame},
-            {"percent_student_t", score.student_without_first_frame}}},
-          {"per_particle", per_particle}};
+Json numbers_json(const std::vector<double>& values) {
+  Json json = Json::array();
+  for (const double value : values) json.push_back(std::isfinite(value) ? Json(value) : Json());
+  return json;
 }
 
-void write_measured(const datasets::RunFolder& folder, const Problem& problem) {
-  Json names = Json::array();
-  for (const datasets::Replicate& replicate : problem.experiment.replicates)
-    names.push_back(replicate.name);
-  Json starts = Json::array();
-  for (const datasets::Pose& pose : problem.starts.mean) {
-    starts.push_back({{"x_m", pose.x}, {"z_m", pose.z}, {"angle_rad", pose.angle}});
-  }
-  const Band& band = problem.comparison->target().replicates;
-  Json tracks = Json::array();
-  for (std::size_t frame = 0; frame < band.frames(); ++frame) {
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
-         ++particle) {
-      const auto& spreads = band.spreads[band.index(frame, particle)];
-      tracks.push_back({{"time_s", band.time[frame]},
-                        {"particle", particle + 1},
-                        {"x_m", spreads[0].mean},
-                        {"z_m", spreads[1].mean},
-                        {"angle_rad", spreads[2].mean},
-                        {"standard_deviation_x_m", spreads[0].standard_deviation},
-                        {"standard_deviation_z_m", spreads[1].standard_deviation},
-                        {"standard_deviation_angle_rad", spreads[2].standard_deviation},
-                        {"replicates", spreads[0].count}});
+// Every compared quantity, condition by condition, measured and simulated.
+Json channels_json(const Problem& problem, const Confirmed& confirmed) {
+  Json channels = Json::array();
+  for (std::size_t place = 0; place < problem.observables->all().size(); ++place) {
+    const Observable& observable = *problem.observables->all()[place];
+    const Rule* rule = problem.all->rule_of(observable.name());
+    if (rule == nullptr) continue;
+    const auto runs = rule->digest(confirmed.runs.runs);
+    const ChannelWords words = observable.words();
+    for (std::size_t c = 0; c < problem.conditions.size(); ++c) {
+      const Condition& condition = problem.conditions[c];
+      const Rule::Band band = rule->band(c);
+      if (band.mean.empty()) continue;
+      channels.push_back(
+          {{"observable", observable.name()},
+           {"title", words.title},
+           {"condition", condition.name},
+           {"unit", words.unit},
+           {"axis",
+            {{"name", words.axis},
+             {"unit", words.axis_unit},
+             {"values",
+              numbers_json(observable.axis(problem.situations[condition.replicates.front()]))}}},
+           {"measured", numbers_json(band.mean)},
+           {"lower", numbers_json(band.lower)},
+           {"upper", numbers_json(band.upper)},
+           {"simulated", numbers_json(rule->simulated_mean(*runs, c))},
+           {"held_out", condition.held_out}});
     }
   }
-  const datasets::Pose& spread = problem.starts.standard_deviation;
-  write_json(folder.measured(),
-             {{"replicates", names},
-              {"particles", band.particles},
-              {"frames", band.time},
-              {"starts", starts},
-              {"start_standard_deviation",
-               {{"x_m", spread.x}, {"z_m", spread.z}, {"angle_rad", spread.angle}}},
-              {"mean_tracks", tracks}});
+  return channels;
 }
 
-void write_agreement(const datasets::RunFolder& folder, const Score& score) {
-  Table table({"particle",
-               "rank0",
-               "rank1",
-               "rank2",
-               "rank3",
-               "points",
-               "possible",
-               "percent",
-               "percent_student_t"});
-  for (std::size_t i = 0; i < score.thesis.per_particle.size(); ++i) {
-    const ParticleAgreement& row = score.thesis.per_particle[i];
-    std::vector<std::string> cells = {std::to_string(row.particle)};
-    for (const int frames : row.frames_of_rank) cells.push_back(std::to_string(frames));
-    cells.push_back(std::to_string(row.points));
-    cells.push_back(std::to_string(row.possible));
-    cells.push_back(number_text(row.percent));
-    cells.push_back(number_text(score.student.per_particle[i].percent));
+// What result.json says of fresh simulations, and the tables of every observable.
+void add_confirmed(const Problem& problem, const Confirmed& confirmed, Results& results) {
+  Json& json = results.json;
+  json["objective"]["best"] = confirmed.objective;
+  const auto shares = problem.calibrated->shares(confirmed.calibrated_runs);
+  if (shares.size() > 1) {
+    for (const auto& [kind, value, weight] : shares) json["objective"]["shares"][kind] = value;
+  }
+  if (problem.simulated_modulus < problem.experiment.material.elastic_modulus)
+    json["simulated_elastic_modulus_pa"] = problem.simulated_modulus;
+  json["channels"] = channels_json(problem, confirmed);
+  for (const auto& observable : problem.observables->all()) {
+    if (problem.all->rule_of(observable->name()) != nullptr)
+      observable->conclude(problem, confirmed, results);
+  }
+}
+
+void add_influence(const std::vector<InfluenceRow>& influence, Results& results) {
+  if (influence.empty()) return;
+  std::vector<std::string> names = {"left_out"};
+  for (const auto& [name, value] : influence.front().best) names.push_back(name);
+  names.emplace_back("objective");
+  Table table(std::move(names));
+  for (const InfluenceRow& row : influence) {
+    std::vector<std::string> cells = {row.left_out};
+    for (const auto& [name, value] : row.best) cells.push_back(number_text(value));
+    cells.push_back(number_text(row.objective));
     table.add(std::move(cells));
   }
-  datasets::write_csv(folder.table("agreement"), table);
+  results.tables["influence"] = std::move(table);
 }
 
-void write_ranks(const datasets::RunFolder& folder, const Band& band, const Score& score) {
-  Table table({"frame", "time_s", "particle", "rank", "rank_student_t"});
-  for (std::size_t frame = 0; frame < band.frames(); ++frame) {
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
-         ++particle) {
-      const std::size_t i = band.index(frame, particle);
-      if (score.thesis.ranks[i] < 0) continue;
-      table.add({std::to_string(frame),
-                 number_text(band.time[frame]),
-                 std::to_string(particle + 1),
-                 std::to_string(score.thesis.ranks[i]),
-                 std::to_string(score.student.ranks[i])});
+void add_warnings(std::vector<std::string>& all, const std::vector<std::string>& further) {
+  all.insert(all.end(), further.begin(), further.end());
+}
+
+// One line of the experiments: what it adds to the sum, and by what it is judged.
+Json experiment_json(const CalibratedExperiment& one, const ExperimentResult& result) {
+  const datasets::Experiment& experiment = one.problem->experiment;
+  Json compared = Json::array();
+  for (const auto& [place, weight] : one.problem->observables->compared())
+    compared.push_back(one.problem->observables->all()[place]->name());
+  Results own;
+  add_confirmed(*one.problem, result.confirmed, own);
+  Json json = {{"name", one.name},
+               {"title", experiment.title},
+               {"compared", compared},
+               {"replicates", experiment.replicates.size()},
+               {"weight", one.weight},
+               {"objective", result.confirmed.objective}};
+  if (own.json.contains("agreement")) {
+    for (const char* key :
+         {"agreement_percent_student_t", "ceiling_percent_student_t", "agreement_percent"}) {
+      const std::string name = std::string(key).starts_with("agreement_")
+                                   ? std::string(key).substr(10)
+                                   : std::string(key);
+      json[key] = own.json["agreement"][name];
     }
   }
-  datasets::write_csv(folder.table("ranks"), table);
-}
-
-// Replicates' mean and 95 % intervals beside the simulated mean and the standard deviation of its
-// single runs.
-void write_bands(const datasets::RunFolder& folder, const Band& band, const Score& score) {
-  const Band simulated = measure(completed_tracks(score.evaluation.runs));
-  Table table({"frame",
-               "time_s",
-               "particle",
-               "quantity",
-               "replicate_mean",
-               "lower_196",
-               "upper_196",
-               "lower_t",
-               "upper_t",
-               "simulated_mean",
-               "simulated_lower",
-               "simulated_upper"});
-  for (std::size_t frame = 0; frame < band.frames(); ++frame) {
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(band.particles);
-         ++particle) {
-      const std::size_t i = band.index(frame, particle);
-      for (std::size_t q = 0; q < quantities.size(); ++q) {
-        const Spread& measured = band.spreads[i][q];
-        const double error = measured.standard_deviation / std::sqrt(std::max(1, measured.count));
-        const double z = critical_value(Critical::thesis_196, measured.count) * error;
-        const double t = measured.count < 2
-                             ? std::nan("")
-                             : critical_value(Critical::student_t, measured.count) * error;
-        Spread model{.mean = std::nan(""), .standard_deviation = std::nan("")};
-        if (!simulated.spreads.empty()) model = simulated.spreads[i][q];
-        // Drawn on the branch of the measured angle.
-        const double mean = measured.mean + difference(quantities[q], model.mean, measured.mean);
-        table.add({std::to_string(frame),
-                   number_text(band.time[frame]),
-                   std::to_string(particle + 1),
-                   name_of(quantities[q]),
-                   number_text(measured.mean),
-                   number_text(measured.mean - z),
-                   number_text(measured.mean + z),
-                   number_text(measured.mean - t),
-                   number_text(measured.mean + t),
-                   number_text(mean),
-                   number_text(mean - model.standard_deviation),
-                   number_text(mean + model.standard_deviation)});
-      }
-    }
+  if (own.json.contains("mean_signed_error")) {
+    json["mean_signed_error"] = own.json["mean_signed_error"];
+    int held_out = 0;
+    for (const Condition& condition : one.problem->conditions) held_out += condition.held_out;
+    json["orifices"] = one.problem->conditions.size();
+    json["held_out_orifices"] = held_out;
   }
-  datasets::write_csv(folder.table("bands"), table);
-}
-
-void write_friction_rows(const datasets::RunFolder& folder, const CalibrationResult& result) {
-  Table table({"friction", "rms_position_m", "spread_m", "agreement_percent"});
-  for (const FrictionRow& row : result.friction_rows) {
-    table.add({number_text(row.friction),
-               number_text(row.rms_position),
-               number_text(row.single_run_spread),
-               number_text(row.agreement_percent)});
-  }
-  datasets::write_csv(folder.table("rms_friction"), table);
-}
-
-void write_influence(const datasets::RunFolder& folder, const CalibrationResult& result) {
-  Table table({"left_out",
-               "friction_particle_particle",
-               "friction_particle_wall",
-               "restitution",
-               "objective"});
-  for (const InfluenceRow& row : result.influence) {
-    table.add({row.left_out,
-               number_text(row.best.friction_particle_particle),
-               number_text(row.best.friction_particle_wall),
-               number_text(row.best.restitution),
-               number_text(row.objective)});
-  }
-  datasets::write_csv(folder.table("influence"), table);
-}
-
-void write_comparison(const datasets::RunFolder& folder,
-                      const Problem& problem,
-                      const Score& score) {
-  write_measured(folder, problem);
-  write_agreement(folder, score);
-  write_ranks(folder, problem.comparison->target().replicates, score);
-  write_bands(folder, problem.comparison->target().replicates, score);
+  return json;
 }
 
 }  // namespace
 
-EvaluationAgreement agreement_of(const Problem& problem) {
-  return [&problem](const Evaluation& evaluation) {
-    const datasets::Trajectories mean = mean_of_runs(evaluation.runs);
-    if (mean.poses.empty()) return 0.0;
-    return agreement(problem.comparison->target().replicates, mean, Critical::student_t).percent;
+EvaluationAgreement agreement_of(const ChannelComparison& comparison) {
+  return [&comparison](const Evaluation& evaluation) {
+    return comparison.percent_inside(evaluation.runs);
   };
 }
 
-void write_calibration(const datasets::RunFolder& folder,
-                       const Problem& problem,
-                       const CalibrationOptions& options,
-                       const CalibrationResult& result,
-                       double wall_time) {
-  write_comparison(folder, problem, result.score);
-  write_evaluations(folder.table("evaluations"), result.evaluations, agreement_of(problem));
-  write_friction_rows(folder, result);
-  write_profiles(folder, result);
-  write_influence(folder, result);
+std::vector<std::string> write_measured(const datasets::RunFolder& folder,
+                                        const datasets::Experiment& experiment,
+                                        std::span<const datasets::Recording> recordings) {
+  const Observables observables(experiment);
+  std::vector<Situation> situations;
+  std::vector<std::vector<Channel>> channels;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    situations.push_back({.particle = experiment.particle,
+                          .rig = experiment.replicates[r].rig,
+                          .measurement = experiment.measurement});
+    channels.push_back(observables.measure(recordings[r], situations.back()));
+  }
+  const MeasuredExperiment measured{experiment, observables, recordings, situations, channels};
+  Results results;
+  results.json["experiment"] = experiment.name;
+  if (!experiment.note.empty()) results.json["note"] = experiment.note;
+  for (std::size_t place = 0; place < observables.all().size(); ++place) {
+    const bool is_known = std::all_of(
+        channels.begin(), channels.end(), [&](const auto& one) { return one[place].is_known(); });
+    if (is_known) observables.all()[place]->tell_measured(measured, results);
+  }
+  write_tables(folder, results);
+  write_json(folder.measured(), results.json);
+  return results.lines;
+}
 
-  Json json = head_json(problem.experiment, "calibration");
+std::vector<std::string> write_calibration(const datasets::RunFolder& folder,
+                                           const Problem& problem,
+                                           const CalibrationOptions& options,
+                                           ExperimentResult& result,
+                                           double wall_time) {
+  write_evaluations(
+      folder.table("evaluations"), result.evaluations, agreement_of(*problem.calibrated));
+  write_profiles(folder, result);
+  Results results{.json = head_json(problem.experiment, "calibration")};
+  add_search(result, options, results.json);
+  if (const auto check = half_step_of(problem, result.confirmed)) {
+    results.json["time_step"]["at_half"] = {{"objective_change", check->objective_change},
+                                            {"noise", check->noise},
+                                            {"agreement_change_points", check->agreement_change}};
+  }
+  add_confirmed(problem, result.confirmed, results);
+  add_influence(result.influence, results);
+  add_warnings(result.warnings, results.warnings);
+  results.json["warnings"] = result.warnings;
+  results.json["wall_time_s"] = wall_time;
+  write_tables(folder, results);
+  write_json(folder.result(), results.json);
+  return results.lines;
+}
+
+void write_calibration_of_several(const datasets::RunFolder& folder,
+                                  const datasets::Experiment& common,
+                                  std::span<const CalibratedExperiment> experiments,
+                                  const CalibrationOptions& options,
+                                  const CalibrationResult& result,
+                                  double wall_time) {
+  write_evaluations(folder.table("evaluations"), result.evaluations, {});
+  write_profiles(folder, result);
+  Json json = head_json(common, "calibration");
   add_search(result, options, json);
-  json["objective"]["best"] = result.score.evaluation.objective;
-  json["time_step"]["at_half"] = {{"objective_change", result.half_step.objective_change},
-                                  {"noise", result.half_step.noise},
-                                  {"agreement_change_points", result.half_step.agreement_change}};
-  json["agreement"] = agreement_json(problem, result.score, result.context);
-  json["rms_position_m"] = result.score.rms_position;
+  json["objective"]["best"] = result.objective;
+  for (std::size_t i = 0; i < experiments.size(); ++i)
+    json["experiments"].push_back(experiment_json(experiments[i], result.experiments[i]));
   json["wall_time_s"] = wall_time;
   write_json(folder.result(), json);
 }
 
 void write_validation(const datasets::RunFolder& folder,
                       const Problem& problem,
-                      const ValidationResult& result,
-                      double wall_time) {
-  write_comparison(folder, problem, result.score);
-  Json json = head_json(problem.experiment, "validation");
-  add_given_parameters(problem.experiment, result.parameters, json);
-  json["time_step"] = {{"fraction", result.time_step_fraction},
-                       {"seconds", result.score.evaluation.runs.front().time_step},
+                      const Confirmed& confirmed,
+                      double wall_time,
+                      Validation& validation) {
+  Results results{.json = head_json(problem.experiment, "validation")};
+  Json& json = results.json;
+  add_given_parameters(problem.experiment, confirmed.point.parameters, json);
+  json["time_step"] = {{"fraction", confirmed.point.time_step_fraction},
+                       {"seconds", confirmed.runs.runs.front().time_step},
                        {"discretisation_error", nullptr}};
-  json["agreement"] = agreement_json(problem, result.score, result.context);
-  json["rms_position_m"] = result.score.rms_position;
-  json["objective"] = {{"best", result.score.evaluation.objective},
-                       {"noise", problem.comparison->noise(result.score.evaluation.runs)}};
+  add_confirmed(problem, confirmed, results);
+  json["objective"]["noise"] = confirmed.noise;
   json["evaluations"] = 1;
-  json["simulations"] = result.score.evaluation.runs.size();
-  json["failed"] = result.score.evaluation.failed;
+  json["simulations"] = confirmed.runs.runs.size();
+  json["failed"] = confirmed.runs.failed;
   json["wall_time_s"] = wall_time;
-  json["warnings"] = result.warnings;
+  add_warnings(results.warnings, validation.warnings);
+  json["warnings"] = results.warnings;
+  write_tables(folder, results);
   write_json(folder.result(), json);
+  validation.lines = results.lines;
+  validation.agreement_percent = json.contains("agreement")
+                                     ? json["agreement"]["percent_student_t"].get<double>()
+                                     : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace graintruth::calibrate

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "datasets/parameters/parameter.h"
 #include "datasets/table.h"
 
 namespace graintruth::calibrate {
@@ -23,7 +24,9 @@ const char* method_of(const CalibratedParameter& parameter, bool priors) {
 }
 
 Json parameter_json(const CalibratedParameter& parameter, bool priors) {
-  Json json{{"value", parameter.value}, {"unit", "-"}, {"status", name_of(parameter.status)}};
+  Json json{{"value", parameter.value},
+            {"unit", datasets::parameter_named(parameter.name).unit()},
+            {"status", name_of(parameter.status)}};
   if (parameter.interval) {
     json["lower"] = parameter.interval->lower;
     json["upper"] = parameter.interval->upper;
@@ -54,14 +57,15 @@ Json parameter_json(const CalibratedParameter& parameter, bool priors) {
 Json time_step_json(const TimeStepChoice& choice) {
   Json study = Json::array();
   for (const TimeStepRow& row : choice.rows) {
-    study.push_back({{"friction_particle_particle", row.parameters.friction_particle_particle},
-                     {"friction_particle_wall", row.parameters.friction_particle_wall},
-                     {"fraction", row.fraction},
-                     {"seconds", row.time_step},
-                     {"objective", row.objective},
-                     {"change", row.change},
-                     {"noise", row.noise},
-                     {"cpu_seconds", row.seconds}});
+    Json entry;
+    for (const auto& [name, value] : row.parameters) entry[name] = value;
+    entry["fraction"] = row.fraction;
+    entry["seconds"] = row.time_step;
+    entry["objective"] = row.objective;
+    entry["change"] = row.change;
+    entry["noise"] = row.noise;
+    entry["cpu_seconds"] = row.seconds;
+    study.push_back(std::move(entry));
   }
   return {{"fraction", choice.fraction},
           {"seconds", choice.time_step},
@@ -84,6 +88,10 @@ Json head_json(const datasets::Experiment& experiment, const char* kind) {
   return json;
 }
 
+void write_tables(const datasets::RunFolder& folder, const Results& results) {
+  for (const auto& [name, table] : results.tables) datasets::write_csv(folder.table(name), table);
+}
+
 void write_json(const std::filesystem::path& file, const Json& json) {
   datasets::write_whole(file, json.dump(2) + "\n");
 }
@@ -91,12 +99,11 @@ void write_json(const std::filesystem::path& file, const Json& json) {
 void add_given_parameters(const datasets::Experiment& experiment,
                           const ParameterSet& parameters,
                           Json& json) {
-  const ParameterSet bench = bench_parameters(experiment);
-  for (const std::string_view name : parameter_names) {
-    json["parameters"][std::string(name)] = {{"value", value_of(parameters, name)},
-                                             {"unit", "-"},
-                                             {"status", "fixed"},
-                                             {"bench_value", value_of(bench, name)}};
+  for (const auto& [name, value] : parameters) {
+    json["parameters"][name] = {{"value", value},
+                                {"unit", datasets::parameter_named(name).unit()},
+                                {"status", "fixed"},
+                                {"bench_value", datasets::bench_value(experiment, name).value}};
   }
 }
 
@@ -109,8 +116,7 @@ Json best_json(const BestByObjective& best) {
   Json json = {{"form", datasets::name_of(best.form)},
                {"smooth", value_or_null(best.smooth)},
                {"requested", value_or_null(best.requested)}};
-  for (const std::string_view name : parameter_names)
-    json["parameters"][std::string(name)] = value_of(best.parameters, name);
+  for (const auto& [name, value] : best.parameters) json["parameters"][name] = value;
   return json;
 }
 
@@ -169,31 +175,26 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
 void write_evaluations(const std::filesystem::path& file,
                        std::span<const Evaluation> evaluations,
                        const EvaluationAgreement& agreement_percent) {
-  Table table({"evaluation",
-               "stage",
-               "friction_particle_particle",
-               "friction_particle_wall",
-               "restitution",
-               "objective",
-               "best",
-               "agreement_percent",
-               "failed",
-               "seconds"});
+  std::vector<std::string> names = {"evaluation", "stage"};
+  if (!evaluations.empty()) {
+    for (const auto& [name, value] : evaluations.front().parameters) names.push_back(name);
+  }
+  for (const char* name : {"objective", "best", "agreement_percent", "failed", "seconds"})
+    names.emplace_back(name);
+  Table table(std::move(names));
   double best = std::numeric_limits<double>::infinity();
   int number = 0;
   for (const Evaluation& evaluation : evaluations) {
     best = std::min(best, evaluation.objective);
     const double percent = agreement_percent ? agreement_percent(evaluation) : std::nan("");
-    table.add({std::to_string(++number),
-               evaluation.stage,
-               number_text(evaluation.parameters.friction_particle_particle),
-               number_text(evaluation.parameters.friction_particle_wall),
-               number_text(evaluation.parameters.restitution),
-               number_text(evaluation.objective),
-               number_text(best),
-               number_text(percent),
-               std::to_string(evaluation.failed),
-               number_text(evaluation.seconds)});
+    std::vector<std::string> cells = {std::to_string(++number), evaluation.stage};
+    for (const auto& [name, value] : evaluation.parameters) cells.push_back(number_text(value));
+    cells.push_back(number_text(evaluation.objective));
+    cells.push_back(number_text(best));
+    cells.push_back(number_text(percent));
+    cells.push_back(std::to_string(evaluation.failed));
+    cells.push_back(number_text(evaluation.seconds));
+    table.add(std::move(cells));
   }
   datasets::write_csv(file, table);
 }

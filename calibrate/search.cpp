@@ -50,13 +50,13 @@ Search::Search(const datasets::Experiment& experiment,
       options_(options),
       later_simulations_(later_simulations),
       search_seeds_(make_seeds(options.seed, "search", options.search_seeds)),
-      space_(experiment.tuned, bench_parameters(experiment)),
+      space_(experiment.tuned, datasets::bench_parameters(experiment)),
       prior_(experiment.tuned),
       budget_(options.budget) {
   if (prior_.is_stated()) budget_ -= share_of_budget(prior_share);
-  for (const std::string_view name : parameter_names) {
-    const datasets::BenchValue& bench = datasets::bench_value(experiment.material, name);
-    CalibratedParameter parameter{.name = std::string(name),
+  for (const auto& [name, value] : datasets::bench_parameters(experiment)) {
+    const datasets::BenchValue bench = datasets::bench_value(experiment, name);
+    CalibratedParameter parameter{.name = name,
                                   .value = bench.value,
                                   .bench = bench.value,
                                   .bench_uncertainty = bench.standard_uncertainty};
@@ -104,23 +104,22 @@ void Search::timed(const char* name, const std::function<void()>& stage) {
 }
 
 // Expected cost in simulations at the largest time step: the gate's smaller steps weigh more.
-double Search::expected_cost() const {
-  const double runs = static_cast<double>(ensemble_.scenes()) * options_.search_seeds;
-  const double choice = static_cast<double>(ensemble_.scenes()) * choice_simulations(options_);
-  const double gate =
-      gate_places * gate_cost * static_cast<double>(ensemble_.scenes()) * options_.gate_seeds;
-  return gate + options_.budget * runs + choice + later_simulations_;
+double expected_cost(std::size_t scenes, const CalibrationOptions& options) {
+  const double gate = gate_places * gate_cost * options.gate_seeds;
+  const double search = options.budget * options.search_seeds + choice_simulations(options);
+  return static_cast<double>(scenes) * (gate + search);
 }
 
 // `weight` is the mean cost of a simulation of the batch.
 SimulationProgress Search::reporter(double weight) {
-  return [this, weight, before = cost_](int done, int, bool) {
+  const double expected = expected_cost(ensemble_.scenes(), options_) + later_simulations_;
+  return [this, weight, expected, before = cost_](int done, int, bool) {
     cost_ = before + weight * done;
     if (!options_.progress) return;
     options_.progress({.stage = stage_,
                        .evaluations = static_cast<int>(result_.evaluations.size()),
                        .budget = options_.budget,
-                       .share = std::min(1.0, cost_ / expected_cost()),
+                       .share = std::min(1.0, cost_ / expected),
                        .best = result_.evaluations.empty() ? std::nan("") : best().objective,
                        .finished = result_.evaluations});
   };
@@ -304,8 +303,8 @@ const Emulator& Search::learn_emulator() {
 
 std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const {
   const PooledChance chance = pool_chance(ensemble_.comparison(), result_.evaluations, 0.0);
-  const std::vector<Evaluation> candidates = compatible_with(
-      ensemble_.comparison(), best(), result_.evaluations, chance, bootstrap(), prior_);
+  const std::vector<Evaluation> candidates =
+      compatible_with(ensemble_.comparison(), best(), result_.evaluations, chance, prior_);
   std::vector<Evaluation> chosen = {best()};
   while (chosen.size() < count) {
     const Evaluation* farthest = nullptr;
@@ -325,10 +324,6 @@ std::vector<Evaluation> Search::compatible_evaluations(std::size_t count) const 
     chosen.push_back(*farthest);
   }
   return chosen;
-}
-
-BootstrapOptions Search::bootstrap() const {
-  return {.seed = options_.seed, .jobs = options_.jobs};
 }
 
 CalibratedParameter& Search::calibrated(std::string_view name) {
@@ -428,13 +423,12 @@ void Search::find_effects() {
   for (const datasets::TunedParameter& tuned : space_.tuned()) {
     CalibratedParameter& parameter = calibrated(tuned.name);
     std::vector<ParameterSet> places(2, base.parameters);
-    value_of(places[0], tuned.name) = tuned.lower;
-    value_of(places[1], tuned.name) = tuned.upper;
+    places[0].set(tuned.name, tuned.lower);
+    places[1].set(tuned.name, tuned.upper);
     bool shows = false;
     for (const Evaluation& tried : search("effects", places)) {
       const double size = std::abs(tried.objective - base.objective);
-      const double noise =
-          ensemble_.comparison().half_width_of_difference(base, tried, chance, bootstrap());
+      const double noise = ensemble_.comparison().half_width_of_difference(base, tried, chance);
       shows = shows || size > noise;
       if (size < parameter.effect) continue;
       parameter.effect = size;
@@ -456,10 +450,7 @@ std::vector<Profile> Search::find_profiles() {
       space_,
       result_.evaluations,
       [&](const std::vector<ParameterSet>& places) { return search("profile", places); },
-      {.bootstrap = bootstrap(),
-       .prior = prior_,
-       .left_out = unseen,
-       .max_evaluations = std::max(0, budget_left())});
+      {.prior = prior_, .left_out = unseen, .max_evaluations = std::max(0, budget_left())});
 }
 
 // 7. The interval that the data give to each parameter.
@@ -483,8 +474,7 @@ void Search::find_uncertainty() {
 // the excess, and is twice what is allowed where an interval ends, so that (t S)^2 / (4 excess) is
 // allowed there.
 double Search::allowed_by_data() const {
-  double allowed =
-      largest_allowed_excess(ensemble_.comparison(), space_, result_.evaluations, bootstrap());
+  double allowed = largest_allowed_excess(ensemble_.comparison(), space_, result_.evaluations);
   if (allowed > 0.0) return allowed;
   for (const CalibratedParameter& parameter : result_.calibrated) {
     const double noise = parameter.effect_noise;
@@ -521,9 +511,9 @@ void Search::learn_landscape() {
   for (std::size_t d = 0; d < indices.size(); ++d)
     calibrated(space_.tuned()[d].name).sobol_total = indices[d];
   const double allowed =
-      prior_.is_weighed() ? prior_.allowed()
-                          : largest_allowed_excess(
-                                ensemble_.comparison(), space_, result_.evaluations, bootstrap());
+      prior_.is_weighed()
+          ? prior_.allowed()
+          : largest_allowed_excess(ensemble_.comparison(), space_, result_.evaluations);
   const auto draw = [&](const Surrogate& surrogate, const UnitPoint& start) {
     return draw_posterior(surrogate, start, allowed, options_.seed);
   };
@@ -601,7 +591,7 @@ void Search::choose() {
     ParameterSet at_value = winner.parameters;
     const auto value = held_value(calibrated(name));
     if (!value) continue;
-    value_of(at_value, name) = *value;
+    at_value.set(name, *value);
     held.push_back({d, space_.to_unit(at_value)[d]});
   }
   if (held.empty()) return;

@@ -95,6 +95,9 @@ struct SearchResult {
 // Simulations of one scene that the choice of the winner takes at most.
 int choice_simulations(const CalibrationOptions& options);
 
+// What a search costs at most, in simulations at the largest time step.
+double expected_cost(std::size_t scenes, const CalibrationOptions& options);
+
 // Thrown when more simulations fail than allowed; what() says what to try.
 struct TooManyFailures : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -130,7 +133,6 @@ class Search {
   std::vector<Evaluation> compatible_evaluations(std::size_t count) const;
 
  private:
-  double expected_cost() const;
   static std::string first_complaint(std::span<const Evaluation> evaluations);
   std::vector<Evaluation> search(const char* stage, const std::vector<ParameterSet>& places);
   std::vector<Evaluation> search(const char* stage, const std::vector<EvaluationPoint>& points);
@@ -143,7 +145,6 @@ class Search {
   const Emulator& learn_emulator();
   double lowest_predicted() const;
   void follow_emulator(double share, int kept, int crowd = std::numeric_limits<int>::max());
-  BootstrapOptions bootstrap() const;
   CalibratedParameter& calibrated(std::string_view name);
   void test_itself();
   void check_reach();

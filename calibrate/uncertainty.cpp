@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/score.h"
+#include "calibrate/median.h"
 
 namespace graintruth::calibrate {
 
@@ -86,7 +86,6 @@ struct Standing {
 Standing compare_all(const Comparison& comparison,
                      std::span<const Evaluation> all,
                      const PooledChance& chance,
-                     const BootstrapOptions& options,
                      const Prior& prior) {
   constexpr double erratic = 3.0;  // times the noise of the lowest
   const double usual_noise = noise_of_lowest(comparison, all);
@@ -95,9 +94,8 @@ Standing compare_all(const Comparison& comparison,
   const Evaluation& best = all[standing.best];
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_near = i != standing.best && (prior.is_weighed() || !is_hopeless(all[i], best));
-    standing.excess.push_back(is_near
-                                  ? excess_over(comparison, best, all[i], chance, options, prior)
-                                  : Excess{all[i].objective - best.objective, 0.0});
+    standing.excess.push_back(is_near ? excess_over(comparison, best, all[i], chance, prior)
+                                      : Excess{all[i].objective - best.objective, 0.0});
     standing.is_erratic.push_back(comparison.noise(all[i].runs) > erratic * usual_noise);
   }
   return standing;
@@ -208,21 +206,19 @@ Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
                    const PooledChance& chance,
-                   const BootstrapOptions& options,
                    const Prior& prior) {
   return {prior.total(evaluation) - prior.total(reference),
           prior.is_weighed() ? prior.allowed()
-                             : comparison.allowed_excess(reference, evaluation, chance, options)};
+                             : comparison.allowed_excess(reference, evaluation, chance)};
 }
 
 double largest_allowed_excess(const Comparison& comparison,
                               const ParameterSpace& space,
-                              std::span<const Evaluation> evaluations,
-                              const BootstrapOptions& options) {
+                              std::span<const Evaluation> evaluations) {
   const PooledChance chance = pool_chance(
       comparison, evaluations, fit_surrogate(comparison, evaluations, space).roughness());
   double largest = 0.0;
-  const Standing standing = compare_all(comparison, evaluations, chance, options, {});
+  const Standing standing = compare_all(comparison, evaluations, chance, {});
   for (std::size_t i = 0; i < evaluations.size(); ++i)
     largest = std::max(largest, standing.allowed_by(i));
   return largest;
@@ -232,12 +228,11 @@ std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
                                         const PooledChance& chance,
-                                        const BootstrapOptions& options,
                                         const Prior& prior) {
   std::vector<Evaluation> compatible;
   for (const Evaluation& evaluation : evaluations) {
     if (!prior.is_weighed() && is_hopeless(evaluation, reference)) continue;
-    if (excess_over(comparison, reference, evaluation, chance, options, prior).is_compatible())
+    if (excess_over(comparison, reference, evaluation, chance, prior).is_compatible())
       compatible.push_back(evaluation);
   }
   return compatible;
@@ -326,7 +321,7 @@ std::vector<Profile> profile_parameters(
   }
   Standing standing;
   const auto look = [&] {
-    standing = compare_all(comparison, all, chance, options.bootstrap, options.prior);
+    standing = compare_all(comparison, all, chance, options.prior);
     for (End& end : ends) bracket(space, all, standing, end);
   };
 

@@ -38,7 +38,6 @@ Excess excess_over(const Comparison& comparison,
                    const Evaluation& reference,
                    const Evaluation& evaluation,
                    const PooledChance& chance,
-                   const BootstrapOptions& options,
                    const Prior& prior = {});
 
 // Those of the evaluations that cannot be told apart from the reference.
@@ -46,14 +45,12 @@ std::vector<Evaluation> compatible_with(const Comparison& comparison,
                                         const Evaluation& reference,
                                         std::span<const Evaluation> evaluations,
                                         const PooledChance& chance,
-                                        const BootstrapOptions& options,
                                         const Prior& prior = {});
 
 // The most that is allowed to any of the evaluations that cannot be told from their best.
 double largest_allowed_excess(const Comparison& comparison,
                               const ParameterSpace& space,
-                              std::span<const Evaluation> evaluations,
-                              const BootstrapOptions& options);
+                              std::span<const Evaluation> evaluations);
 
 // One value of one parameter, with the others where the emulator puts their best.
 struct ProfilePoint {
@@ -76,7 +73,6 @@ struct Profile {
 };
 
 struct ProfileOptions {
-  BootstrapOptions bootstrap;
   Prior prior = {};                   // without one, or not weighed: of the data alone
   int rounds = 6;                     // of one evaluation on either side of every parameter
   std::vector<std::string> left_out;  // parameters that need no interval

@@ -611,8 +611,7 @@ SceneFile load_deck(const std::filesystem::path& file, const std::filesystem::pa
   std::error_code error;
   if (!std::filesystem::is_regular_file(sidecar_file, error))
     require_keys(deck, sidecar_file, nullptr);
-  const toml::table parsed = parse_toml(sidecar_file);
-  TomlSection root(parsed, sidecar_file, "");
+  TomlSection root = TomlFile(sidecar_file).root();
   require_keys(deck, sidecar_file, &root);
   const Sidecar sidecar = read_sidecar(deck, root);
 

@@ -4,11 +4,16 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "datasets/experiment/particle.h"
+#include "datasets/parameters/parameter_set.h"
+#include "datasets/rigs/rig.h"
 #include "datasets/track_files.h"
 
 namespace graintruth::datasets {
@@ -19,70 +24,13 @@ struct BenchValue {
   double standard_uncertainty = 0.0;
 };
 
-// One ball of the nominal particle, on its long axis.
-struct AxialSphere {
-  double offset = 0.0;  // m, centre along the long axis, from the particle's nominal centre of mass
-  double radius = 0.0;  // m
-};
-
-// A flat plate with an elliptical outline that stands upright in the picture plane: a button.
-struct EllipticalPlate {
-  double semi_major = 0.0;  // m
-  double semi_minor = 0.0;  // m
-  double thickness = 0.0;   // m, along y
-
-  // A disc looks the same however it turns: the outline of what is rounder than this tells no
-  // angle.
-  bool shows_angle() const { return semi_major > 1.05 * semi_minor; }
-};
-
-struct Particle {
-  int count = 0;                         // how many lie in the rig
-  std::vector<AxialSphere> spheres;      // at least one, unless the particle is a plate
-  double mass = 0.0;                     // kg
-  std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
-};
-
+// Elasticity, and the bench values of contact parameters by their names in the registry.
 struct Material {
-  double elastic_modulus = 0.0;           // Pa
-  double poisson_ratio = 0.0;             // -
-  BenchValue friction_particle_particle;  // static friction by tilting, say
-  BenchValue friction_particle_wall;
-  BenchValue restitution;
-};
+  double elastic_modulus = 0.0;                           // Pa
+  double poisson_ratio = 0.0;                             // -
+  std::vector<std::pair<std::string, BenchValue>> bench;  // those that are stated
 
-// The bench value of a parameter, by the names that TunedParameter knows.
-const BenchValue& bench_value(const Material& material, std::string_view parameter);
-
-// A rigid wall seen edge-on: a segment extruded along y. Both faces are solid.
-struct Wall {
-  std::string name;
-  double from_x = 0.0, from_z = 0.0;  // m
-  double to_x = 0.0, to_z = 0.0;      // m
-};
-
-// A horizontal face that stands still until the start event and then moves at a constant speed.
-struct Piston {
-  double face_z = 0.0;      // m, before the event
-  double left_x = 0.0;      // m
-  double right_x = 0.0;     // m
-  double velocity_z = 0.0;  // m/s, negative downwards
-};
-
-// An upright bin with a flat floor and an orifice in its middle, closed until the start event. The
-// origin is the middle of the orifice on the floor's upper face.
-struct FlatBin {
-  double width = 0.0;          // m, between the side walls
-  double height = 0.0;         // m, of the side walls above the floor
-  double orifice_width = 0.0;  // m; 0 where only the replicates tell it
-};
-
-struct Rig {
-  std::vector<Wall> walls;
-  std::optional<Piston> piston;
-  std::optional<FlatBin> bin;
-  double front_back_gap = 0.0;  // m, clear distance of the panes; the particles move in one layer
-  double gravity = 9.81;        // m/s2, along -z
+  const BenchValue* stated(std::string_view parameter) const;
 };
 
 // Where a particle nominally lies before the event; gives it its number.
@@ -107,37 +55,49 @@ struct Camera {
 };
 
 struct Replicate {
-  std::string name;                     // stem of the file unless given
-  std::filesystem::path video;          // exactly one of these three is given
-  std::filesystem::path tracks;         // see track_files.h
-  std::filesystem::path discharge;      // of a bin; see discharge_curve.h
-  TrackSource source;                   // how the file of tracks is meant; event_time of both files
-  std::optional<double> frame_rate;     // Hz, where it is not the camera's
-  std::optional<double> orifice_width;  // m, where it is not the rig's
+  std::string name;  // stem of the file unless given
+  // One of the first two at most; one of all at least
+  std::filesystem::path video;
+  std::filesystem::path tracks;       // see track_files.h
+  std::filesystem::path discharge;    // see discharge_curve.h
+  std::filesystem::path curves;       // see curve_files.h
+  TrackSource source;                 // how the file of tracks is meant; event_time of all files
+  std::optional<double> frame_rate;   // Hz, where it is not the camera's
+  Rig rig;                            // as it was for this replicate
   std::filesystem::path corrections;  // CSV of corrections made by hand; empty where there are none
-  // Kept out of the calibration, to be predicted. Where no replicate of a bin says so, see
-  // calibrate/bin_problem.h.
+  // Kept out of the calibration, to be predicted. Where no replicate says so, see
+  // calibrate/problem.h.
   std::optional<bool> held_out;
 
   const std::filesystem::path& file() const {
-    return !video.empty() ? video : !tracks.empty() ? tracks : discharge;
+    return !video.empty()       ? video
+           : !tracks.empty()    ? tracks
+           : !discharge.empty() ? discharge
+                                : curves;
   }
 };
 
-// What of the particles is compared: every particle's own track, or only how high the heap of them
-// reaches, for films in which particles cannot be told apart.
-enum class Compared { particles, heap_height };
+class TomlSection;
+
+// One observable that is compared, by its name in calibrate/observables.
+struct RequestedObservable {
+  std::string name;
+  double weight = 1.0;
+  std::shared_ptr<TomlSection> settings;  // [measure.<name>]; null where there is none
+};
 
 // When and what is compared.
 struct Measurement {
-  Compared compared = Compared::particles;
   double frame_interval = 0.2;  // s
   int frames = 25;              // at 0, frame_interval, ... from the event
+  std::vector<RequestedObservable> observables;
+
+  double last_time() const { return frame_interval * (frames - 1); }
 };
 
 // A parameter that the calibration may move.
 struct TunedParameter {
-  std::string name;  // friction_particle_particle, friction_particle_wall or restitution
+  std::string name;  // in the registry
   double lower = 0.0;
   double upper = 0.0;
   // What is known of it besides the data: the mean of a Gaussian and its standard deviation.
@@ -158,14 +118,15 @@ struct Experiment {
   std::filesystem::path file;
   std::string name;  // stem of the file: names the run folder
   std::string title;
-  std::string note;  // provenance that every report must repeat, e.g. that films are synthetic
+  std::string note;     // provenance that every report must repeat, e.g. that films are synthetic
   std::string part_of;  // title of the joint calibration that it is read for; empty: none
   Particle particle;
   Material material;
-  Rig rig;
+  Rig rig;  // of all replicates; what only they tell is missing
   Camera camera;
   std::vector<StartPlace> starts;  // empty, or one a particle
   std::vector<Replicate> replicates;
+  std::vector<std::filesystem::path> inputs;  // further files that were read
   Measurement measurement;
   std::vector<TunedParameter> tuned;
   TimeStepRule time_step_rule = TimeStepRule::gate;
@@ -181,12 +142,19 @@ std::string experiment_name(const std::filesystem::path& file);
 // not open videos, tracks or curves, but they must exist.
 Experiment load_experiment(const std::filesystem::path& file);
 
-// The experiment as one replicate was made and filmed: with its own orifice and frame rate in `rig`
-// and `camera`.
+// The experiment as one replicate was made and filmed: with its own rig and frame rate in `rig` and
+// `camera`.
 Experiment as_filmed(const Experiment& experiment, const Replicate& replicate);
 
-// A TOML file of contact parameters, name = value, with the names that TunedParameter knows. Throws
-// InputError for an unknown name or an impossible value.
+// The bench value of a parameter: as stated, else that of the parameter which it follows, else the
+// value at which it does nothing.
+BenchValue bench_value(const Experiment& experiment, std::string_view parameter);
+
+// The bench values of all parameters that the experiment states or tunes.
+ParameterSet bench_parameters(const Experiment& experiment);
+
+// A TOML file of parameters, name = value, with the units of experiment files. Throws InputError
+// for an unknown name or an impossible value.
 std::map<std::string, double> read_parameter_table(const std::filesystem::path& file);
 
 }  // namespace graintruth::datasets

@@ -29,9 +29,9 @@ JointPart read_part(TomlSection& section, const std::filesystem::path& folder) {
 void require_same_bench(const TomlSection& section,
                         const Experiment& first,
                         const Experiment& other) {
-  for (const char* name : parameter_names) {
-    const double here = bench_value(other.material, name).value;
-    const double there = bench_value(first.material, name).value;
+  for (const auto& [name, bench] : other.material.bench) {
+    const double here = bench.value;
+    const double there = bench_value(first, name).value;
     if (here == there) continue;
     section.fail("file",
                  fmt::format("gives a material.{} of {:.4g}, where {} has {:.4g}; experiments that "
@@ -57,13 +57,12 @@ std::string joined_notes(const std::string& own, const std::vector<JointPart>& p
 }  // namespace
 
 bool is_joint(const std::filesystem::path& file) {
-  const toml::table parsed = parse_toml(file);
-  return parsed.contains("experiment") && !parsed.contains("particle");
+  TomlSection root = TomlFile(file).root();
+  return root.has("experiment") && !root.has("particle");
 }
 
 JointExperiment load_joint_experiment(const std::filesystem::path& file) {
-  const toml::table parsed = parse_toml(file);
-  TomlSection root(parsed, file, "");
+  TomlSection root = TomlFile(file).root();
   JointExperiment joint;
   const std::string title = root.text("title");
   const std::string note = root.optional_text("note").value_or("");

@@ -11,6 +11,7 @@
 #include "datasets/deck.h"
 #include "datasets/geometry_files.h"
 #include "datasets/input_error.h"
+#include "datasets/scene_particle.h"
 #include "datasets/table.h"
 #include "datasets/toml_section.h"
 
@@ -31,7 +32,6 @@ constexpr Range duration_range{0.0, 1e5, false, "a time above 0 and at most 1e5 
 constexpr Range not_later{0.0, 1e5, true, "a time from 0 to 1e5 s"};
 constexpr Range fraction_range{0.0, 1.0, false, "a share above 0 and at most 1"};
 constexpr int most_particles = 200000;
-constexpr int most_spheres = 300;  // a particle
 
 Vector3d vector_of(const std::vector<double>& numbers) {
   return {numbers[0], numbers[1], numbers[2]};
@@ -175,141 +175,6 @@ void require_surfaces(TomlSection& root, const SceneFile& scene) {
   }
 }
 
-SizeSpread read_size(TomlSection section) {
-  SizeSpread size;
-  const std::string kind = section.text("distribution");
-  if (kind == "uniform") {
-    size.kind = SizeSpread::Kind::uniform;
-  } else if (kind == "normal") {
-    size.kind = SizeSpread::Kind::normal;
-  } else if (kind == "lognormal") {
-    size.kind = SizeSpread::Kind::lognormal;
-  } else {
-    section.fail("distribution",
-                 fmt::format("is '{}', but must be 'uniform', 'normal' or 'lognormal'", kind));
-  }
-  // Beyond a quarter the smallest classes of a normal distribution would be no bodies any more
-  constexpr Range spread_range{0.0, 0.25, false, "a relative spread above 0 and at most 0.25"};
-  size.standard_deviation = section.quantity("standard_deviation", plain, spread_range);
-  size.classes = section.optional_whole_number("classes", 2, 31).value_or(7);
-  section.finish();
-  return size;
-}
-
-std::vector<SceneSphere> read_spheres(TomlSection& section) {
-  std::vector<SceneSphere> spheres;
-  for (TomlSection& row : section.sections("spheres")) {
-    SceneSphere sphere;
-    sphere.centre = {row.optional_quantity("x", length_units, place_range).value_or(0.0),
-                     row.optional_quantity("y", length_units, place_range).value_or(0.0),
-                     row.optional_quantity("z", length_units, place_range).value_or(0.0)};
-    sphere.radius = row.quantity("radius", length_units, length_range);
-    row.finish();
-    spheres.push_back(sphere);
-  }
-  if (spheres.empty()) section.fail("spheres", "holds no sphere");
-  return spheres;
-}
-
-// A chain by radius and spacing, or by aspect ratio and the ball that it has the volume of.
-void read_chain(TomlSection section, SceneParticle& particle) {
-  const int count = section.whole_number("count", 1, most_spheres);
-  if (section.has("aspect_ratio")) {
-    const Range aspect_range{
-        1.0, static_cast<double>(count), true, "an aspect ratio from 1 to the number of spheres"};
-    SceneChain chain{count, section.quantity("aspect_ratio", plain, aspect_range), 0.0};
-    chain.ball_radius = section.quantity("ball_radius", length_units, length_range);
-    if (count > 1 && chain.aspect_ratio == 1.0) {
-      section.fail("aspect_ratio", "is 1, which is one sphere: write count = 1");
-    }
-    particle.chain = chain;
-  } else {
-    const double radius = section.quantity("radius", length_units, length_range);
-    const double spacing = section.quantity("spacing", length_units, length_range);
-    for (int i = 0; i < count; ++i) {
-      particle.spheres.push_back({Vector3d((i - 0.5 * (count - 1)) * spacing, 0.0, 0.0), radius});
-    }
-  }
-  section.finish();
-}
-
-SceneProfile read_profile(TomlSection section,
-                          const std::filesystem::path& folder,
-                          std::vector<std::filesystem::path>& inputs) {
-  SceneProfile profile;
-  profile.chords = section.whole_number("chords", 2, 200);
-  if (const auto ellipse = section.optional_numbers("ellipse", 2, length_units)) {
-    profile.ellipse = {(*ellipse)[0], (*ellipse)[1]};
-    if (!(profile.ellipse[0] > 0.0 && profile.ellipse[1] > 0.0)) {
-      section.fail("ellipse_m", "must be two half-lengths above 0, along and across the axis");
-    }
-  } else if (const auto file = section.optional_text("file")) {
-    const std::filesystem::path path = folder / *file;
-    const Table table = read_csv(path);
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      profile.points.push_back({table.number(row, "x_m"), table.number(row, "y_m")});
-    }
-    inputs.push_back(path);
-  } else {
-    for (const auto& row : section.rows("points", 2, length_units)) {
-      profile.points.push_back({row[0], row[1]});
-    }
-    if (profile.points.empty()) {
-      section.fail("points_m", "is missing; write points_mm = [[x, y], ...], ellipse_mm or file");
-    }
-  }
-  section.finish();
-  return profile;
-}
-
-double read_unit(TomlSection& section, std::string_view key) {
-  const std::string name = section.text(key);
-  for (const Unit& unit : length_units) {
-    if (unit.suffix == name) return unit.in_si;
-  }
-  section.fail(key, fmt::format("is '{}', but must be 'm', 'cm' or 'mm'", name));
-}
-
-void read_shape(TomlSection& section,
-                const std::filesystem::path& folder,
-                std::vector<std::filesystem::path>& inputs,
-                SceneParticle& particle) {
-  int shapes = 0;
-  if (const auto radius = section.optional_quantity("radius", length_units, length_range)) {
-    particle.spheres = {{Vector3d::Zero(), *radius}};
-    ++shapes;
-  }
-  if (section.has("spheres")) {
-    particle.spheres = read_spheres(section);
-    ++shapes;
-  }
-  if (auto chain = section.optional_section("chain")) {
-    read_chain(*chain, particle);
-    ++shapes;
-  }
-  if (auto profile = section.optional_section("profile")) {
-    particle.profile = read_profile(*profile, folder, inputs);
-    ++shapes;
-  }
-  if (const auto file = section.optional_text("sphere_file")) {
-    const std::filesystem::path path = folder / *file;
-    for (const ListedSphere& sphere : read_sphere_list(path, read_unit(section, "file_unit"))) {
-      particle.spheres.push_back({sphere.centre, sphere.radius});
-    }
-    inputs.push_back(path);
-    ++shapes;
-  }
-  if (particle.spheres.size() > most_spheres) {
-    section.fail("name", fmt::format("has more than {} spheres", most_spheres));
-  }
-  if (shapes != 1) {
-    section.fail("name",
-                 fmt::format("has {} shapes, but needs exactly one of radius_mm, spheres, chain, "
-                             "profile, sphere_file",
-                             shapes));
-  }
-}
-
 std::vector<SceneParticle> read_particles(TomlSection& root, SceneFile& scene) {
   std::vector<SceneParticle> particles;
   for (TomlSection& section : root.sections("particle")) {
@@ -321,7 +186,7 @@ std::vector<SceneParticle> read_particles(TomlSection& root, SceneFile& scene) {
       section.fail("material", "is rigid, but particles must be elastic");
     }
     particle.count = section.optional_whole_number("count", 0, most_particles).value_or(0);
-    read_shape(section, scene.file.parent_path(), scene.inputs, particle);
+    read_particle_shape(section, scene.file.parent_path(), scene.inputs, particle);
     particle.density = section.optional_quantity("density", density_units, positive);
     particle.mass = section.optional_quantity("mass", mass_units, positive);
     if (particle.density.has_value() == particle.mass.has_value()) {
@@ -333,7 +198,7 @@ std::vector<SceneParticle> read_particles(TomlSection& root, SceneFile& scene) {
         section.fail("inertia_kg_m2", "must be three moments above 0");
       }
     }
-    if (auto size = section.optional_section("size")) particle.size = read_size(*size);
+    if (auto size = section.optional_section("size")) particle.size = read_size_spread(*size);
     section.finish();
     particles.push_back(std::move(particle));
   }
@@ -439,7 +304,7 @@ void read_segment(TomlSection& section, SceneWall& wall) {
 
 void read_mesh(TomlSection& section, SceneFile& scene, SceneWall& wall) {
   const std::filesystem::path file = scene.file.parent_path() / section.text("file");
-  wall.points = read_stl(file, read_unit(section, "file_unit"));
+  wall.points = read_stl(file, read_length_unit(section, "file_unit"));
   if (const auto offset = section.optional_numbers("offset", 3, length_units)) {
     for (Vector3d& corner : wall.points) corner += vector_of(*offset);
   }
@@ -608,8 +473,7 @@ ScenePhase read_run(TomlSection section, SceneFile& scene) {
 }
 
 SceneFile load_toml_scene(const std::filesystem::path& file) {
-  const toml::table parsed = parse_toml(file);
-  TomlSection root(parsed, file, "");
+  TomlSection root = TomlFile(file).root();
   SceneFile scene;
   scene.file = file;
   scene.name = file.stem().string();

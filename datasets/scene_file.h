@@ -109,7 +109,9 @@ struct SceneWall {
 
 // How the counted particles come in.
 struct SceneFill {
-  enum class Method { lattice, rain };
+  // rows: planar particles at random angles, in rows from the floor of the region up, that touch
+  // neither each other nor its sides
+  enum class Method { lattice, rain, rows };
   Method method = Method::lattice;
   Eigen::Vector3d low = Eigen::Vector3d::Zero();   // m; the region, of centres' bounding balls
   Eigen::Vector3d high = Eigen::Vector3d::Zero();  // m
@@ -118,6 +120,8 @@ struct SceneFill {
   double angle = 0.0;     // rad; picture angle where not random
   double interval = 0.0;  // s; rain: from one to the next
   double speed = 0.0;     // m/s; rain: downwards
+  double length = 0.0;    // m; rows: of a particle; neighbours lie 2 % of it apart
+  int number = 0;         // rows: tells fillings of the same seed apart
 };
 
 // One particle put where the scene says.
@@ -142,13 +146,12 @@ struct ScenePhase {
   std::optional<double> friction_between_particles;
   std::optional<double> friction_with_walls;
   std::optional<double> restitution;
-  std::optional<double> damping_ratio;  // in place of a restitution: beta of thesis 1.20
+  std::optional<double> restitution_at_most;  // lowers that of the surfaces, where it is above this
+  std::optional<double> damping_ratio;        // in place of a restitution: beta of thesis 1.20
 };
 
-struct SceneFile {
-  std::filesystem::path file;
-  std::string name;  // stem of the file: names the run folder
-  std::string title;
+// All that decides what happens.
+struct SceneData {
   bool is_planar = false;                                      // one layer
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  // m/s2
   std::vector<SceneMaterial> materials;
@@ -159,8 +162,15 @@ struct SceneFile {
   SceneFill fill;
   std::vector<ScenePlace> places;
   std::vector<ScenePhase> phases;
-  int event_phase = 0;                // time 0 is its start: walls move and open from then on
-  std::optional<double> exit_height;  // m; particles below it count as discharged
+  int event_phase = 0;                 // time 0 is its start: walls move and open from then on
+  std::optional<double> exit_height;   // m; particles below it count as discharged
+  std::optional<double> leaves_below;  // m; particles below it are taken out, frame by frame
+};
+
+struct SceneFile : SceneData {
+  std::filesystem::path file;
+  std::string name;  // stem of the file: names the run folder
+  std::string title;
   std::vector<std::filesystem::path> inputs;  // other files that were read
   std::vector<std::string> warnings;          // sentences
 };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -44,8 +45,10 @@ std::string spellings(std::string_view stem, Units units) {
 
 }  // namespace
 
-TomlSection::TomlSection(const toml::table& table, std::filesystem::path file, std::string name)
-    : table_(&table), file_(std::move(file)), name_(std::move(name)) {}
+TomlSection::TomlSection(std::shared_ptr<const toml::table> table,
+                         std::filesystem::path file,
+                         std::string name)
+    : table_(std::move(table)), file_(std::move(file)), name_(std::move(name)) {}
 
 std::string TomlSection::qualified(std::string_view key) const {
   return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
@@ -172,7 +175,7 @@ std::optional<TomlSection> TomlSection::optional_section(std::string_view key) {
   if (node == nullptr) return std::nullopt;
   if (!node->is_table())
     fail(key, fmt::format("must be a table: write [{}] above its keys", qualified(key)));
-  return TomlSection(*node->as_table(), file_, qualified(key));
+  return TomlSection({table_, node->as_table()}, file_, qualified(key));
 }
 
 TomlSection TomlSection::section(std::string_view key) {
@@ -191,7 +194,8 @@ std::vector<TomlSection> TomlSection::sections(std::string_view key) {
   for (const toml::node& element : *array) {
     if (!element.is_table())
       fail(key, fmt::format("must be a list of tables: write [[{}]]", qualified(key)));
-    all.emplace_back(*element.as_table(), file_, qualified(key));
+    all.emplace_back(
+        std::shared_ptr<const toml::table>(table_, element.as_table()), file_, qualified(key));
   }
   return all;
 }
@@ -280,7 +284,22 @@ void TomlSection::finish() const {
   }
 }
 
-toml::table parse_toml(const std::filesystem::path& file) {
+std::optional<std::vector<std::string>> TomlSection::optional_texts(std::string_view key) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* list = node->as_array();
+  if (list == nullptr) fail(key, "must be a list of texts in quotes");
+  std::vector<std::string> texts;
+  for (const toml::node& element : *list) {
+    if (!element.is_string()) fail(key, "must be a list of texts in quotes");
+    texts.push_back(*element.value<std::string>());
+  }
+  return texts;
+}
+
+namespace {
+
+toml::table parsed(const std::filesystem::path& file) {
   const std::string content = read_whole(file);
   try {
     return toml::parse(std::string_view(content), file.string());
@@ -295,5 +314,12 @@ toml::table parse_toml(const std::filesystem::path& file) {
                                  description));
   }
 }
+
+}  // namespace
+
+TomlFile::TomlFile(std::filesystem::path file)
+    : file_(std::move(file)), table_(std::make_shared<const toml::table>(parsed(file_))) {}
+
+TomlSection TomlFile::root() const { return TomlSection(table_, file_, ""); }
 
 }  // namespace graintruth::datasets

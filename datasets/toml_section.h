@@ -1,10 +1,9 @@
 // One table of a TOML file, read key by key with units converted at the door. For the .cpp files of
-// this folder only, because it brings in the TOML library.
+// this folder and of those who read sections of their own.
 #pragma once
 
-#include <toml++/toml.h>
-
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -13,23 +12,36 @@
 
 #include "datasets/units.h"
 
+// The library stays in the .cpp file of this header.
+namespace toml {
+inline namespace v3 {
+class node;
+class table;
+}  // namespace v3
+}  // namespace toml
+
 namespace graintruth::datasets {
 
-// What values are allowed; the words go into the sentence when one is not.
-struct Range {
-  double lower;
-  double upper;
-  bool includes_lower;
-  std::string_view words;
+class TomlSection;
+
+// A TOML file that has been parsed. Throws InputError with file and line where it is no TOML.
+class TomlFile {
+ public:
+  explicit TomlFile(std::filesystem::path file);
+  TomlSection root() const;
+
+ private:
+  std::filesystem::path file_;
+  std::shared_ptr<const toml::table> table_;
 };
-inline constexpr Range any_number{-1e300, 1e300, true, "a number"};
-inline constexpr Range positive{0.0, 1e300, false, "a number above 0"};
-inline constexpr Range not_negative{0.0, 1e300, true, "a number not below 0"};
 
 // Remembers which keys were asked for, so that finish() can name those that nobody knows.
 class TomlSection {
  public:
-  TomlSection(const toml::table& table, std::filesystem::path file, std::string name);
+  // A part of a file that stays as long as any section of it.
+  TomlSection(std::shared_ptr<const toml::table> table,
+              std::filesystem::path file,
+              std::string name);
 
   bool has(std::string_view key);
   // Of a key that may hold the one or the other; false where there is none.
@@ -58,6 +70,8 @@ class TomlSection {
                                                       std::size_t width,
                                                       Units units);
   std::optional<bool> optional_flag(std::string_view key);
+  // A list of texts.
+  std::optional<std::vector<std::string>> optional_texts(std::string_view key);
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
 
@@ -74,13 +88,10 @@ class TomlSection {
   [[noreturn]] void fail_missing(std::string_view stem, Units units) const;
   std::string qualified(std::string_view key) const;
 
-  const toml::table* table_;
+  std::shared_ptr<const toml::table> table_;
   std::filesystem::path file_;
   std::string name_;
   std::set<std::string, std::less<>> known_;
 };
-
-// Parses a file. Throws InputError with file and line where it is no TOML.
-toml::table parse_toml(const std::filesystem::path& file);
 
 }  // namespace graintruth::datasets

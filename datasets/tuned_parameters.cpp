@@ -1,39 +1,42 @@
 #include "datasets/tuned_parameters.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "datasets/parameters/apply.h"
+#include "datasets/parameters/parameter.h"
 
 namespace graintruth::datasets {
 
 namespace {
 
-constexpr Range friction_range{0.0, 5.0, true, "a friction from 0 to 5"};
-constexpr Range restitution_range{0.0, 1.0, false, "a restitution above 0 and at most 1"};
 // prior = "bench", or the mean and its uncertainty.
 std::optional<BenchValue> read_prior(TomlSection& tuned,
-                                     const std::string& name,
-                                     const Material& material) {
+                                     const Parameter& parameter,
+                                     const Experiment& experiment) {
   if (!tuned.has("prior")) return std::nullopt;
-  if (!tuned.has("lower") && !tuned.has("upper")) {
+  const ParameterKind& kind = *parameter.kind;
+  if (tuned.keys().size() == 1) {
     tuned.fail("prior",
                "is given to a parameter without bounds, which stays at its bench value; write "
                "{lower = ..., upper = ..., prior = ...} to tune it");
   }
   if (tuned.is_table("prior")) {
     TomlSection stated = tuned.section("prior");
-    const BenchValue prior{stated.quantity("mean", plain, range_of(name)),
-                           stated.quantity("uncertainty", plain, positive)};
+    const BenchValue prior{stated.quantity("mean", kind.units, kind.range),
+                           stated.quantity("uncertainty", kind.units, positive)};
     stated.finish();
     return prior;
   }
   if (!tuned.is_text("prior") || tuned.text("prior") != "bench")
     tuned.fail("prior", "must be \"bench\" or {mean = ..., uncertainty = ...}");
-  const BenchValue& bench = bench_value(material, name);
+  const BenchValue bench = bench_value(experiment, parameter.name);
   if (!(bench.standard_uncertainty > 0.0)) {
     tuned.fail("prior",
                fmt::format("is \"bench\", but the bench value has no uncertainty; give "
                            "'material.{}_uncertainty' (one standard deviation, above 0), or write "
                            "prior = {{mean = ..., uncertainty = ...}}",
-                           name));
+                           parameter.name));
   }
   return bench;
 }
@@ -56,23 +59,46 @@ void check_prior(const TomlSection& tuned, const TunedParameter& parameter) {
 
 }  // namespace
 
-const Range& range_of(const std::string& parameter) {
-  return parameter == "restitution" ? restitution_range : friction_range;
+namespace {
+
+TunedParameter read_bounds(TomlSection bounds,
+                           const Parameter& parameter,
+                           const Experiment& experiment) {
+  const ParameterKind& kind = *parameter.kind;
+  const auto prior = read_prior(bounds, parameter, experiment);
+  // An empty table asks for the usual bounds
+  const bool is_usual = bounds.keys().empty();
+  const TunedParameter tuned{
+      parameter.name,
+      is_usual ? kind.usual_lower : bounds.quantity("lower", kind.units, kind.range),
+      is_usual ? kind.usual_upper : bounds.quantity("upper", kind.units, kind.range),
+      prior};
+  if (!(tuned.lower < tuned.upper)) bounds.fail("upper", "must be above lower");
+  check_prior(bounds, tuned);
+  bounds.finish();
+  return tuned;
 }
 
+}  // namespace
+
 void read_tuned(TomlSection section, Experiment& experiment) {
-  for (const char* name : parameter_names) {
-    auto bounds = section.optional_section(name);
-    if (!bounds) continue;
-    const auto prior = read_prior(*bounds, name, experiment.material);
-    const TunedParameter parameter{name,
-                                   bounds->quantity("lower", plain, range_of(name)),
-                                   bounds->quantity("upper", plain, range_of(name)),
-                                   prior};
-    if (!(parameter.lower < parameter.upper)) bounds->fail("upper", "must be above lower");
-    check_prior(*bounds, parameter);
-    bounds->finish();
-    experiment.tuned.push_back(parameter);
+  std::vector<std::string> names = plain_parameter_names();
+  for (const std::string& key : section.keys()) {
+    const auto parameter = find_parameter(key);
+    if (!parameter || !parameter->kind->is_of_a_wall) continue;
+    if (!has_wall(experiment.rig.scene, parameter->wall)) {
+      std::vector<std::string> walls;
+      for (const SceneWall& wall : experiment.rig.scene.walls) walls.push_back(wall.name);
+      section.fail(key,
+                   fmt::format("is no parameter, as the rig has no wall '{}'; its walls are {}",
+                               parameter->wall,
+                               fmt::join(walls, ", ")));
+    }
+    names.push_back(key);
+  }
+  for (const std::string& name : names) {
+    if (auto bounds = section.optional_section(name))
+      experiment.tuned.push_back(read_bounds(*bounds, parameter_named(name), experiment));
   }
   const std::string rule = section.optional_text("time_step").value_or("gate");
   if (rule == "joint") {

@@ -42,4 +42,15 @@ inline constexpr std::array turning_units{Unit{"rad_per_s", 1.0},
 inline constexpr std::array stiffness_units{Unit{"n_per_m", 1.0}, Unit{"n_per_mm", 1e3}};
 inline constexpr std::array plain{Unit{"", 1.0}};
 
+// What values are allowed; the words go into the sentence when one is not.
+struct Range {
+  double lower;
+  double upper;
+  bool includes_lower;
+  std::string_view words;
+};
+inline constexpr Range any_number{-1e300, 1e300, true, "a number"};
+inline constexpr Range positive{0.0, 1e300, false, "a number above 0"};
+inline constexpr Range not_negative{0.0, 1e300, true, "a number not below 0"};
+
 }  // namespace graintruth::datasets

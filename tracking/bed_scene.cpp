@@ -21,9 +21,10 @@ constexpr double wall_margin_px = 0.7;
 constexpr double floor_thickness = 10.0e-3;  // m
 
 void mark_usable(BedScene& scene) {
-  const datasets::FlatBin& bin = *scene.experiment.rig.bin;
+  const datasets::BedBox& bin = *scene.experiment.rig.bed;
   const double margin = wall_margin_px * scene.pixel();
-  const double side = 0.5 * bin.width - margin, edge = 0.5 * bin.orifice_width;
+  const double side = 0.5 * bin.width() - margin,
+               edge = 0.5 * scene.experiment.rig.opening->width();
   scene.in_bin = cv::Mat1b(scene.region.size(), std::uint8_t{0});
   scene.in_bin_or_below = scene.in_bin.clone();
   for (int row = 0; row < scene.region.height; ++row) {
@@ -40,8 +41,8 @@ void mark_usable(BedScene& scene) {
   }
 }
 
-cv::Rect region_of(const Camera& camera, const datasets::FlatBin& bin) {
-  const double side = 0.5 * bin.width;
+cv::Rect region_of(const Camera& camera, const datasets::BedBox& bin) {
+  const double side = 0.5 * bin.width();
   double left = 1.0e9, right = -1.0e9, top = 1.0e9;
   for (const double z : {0.0, bin.height}) {
     left = std::min(left, camera.project(-side, z).x());
@@ -61,7 +62,7 @@ BedView BedScene::view(bool is_open) const {
 }
 
 double BedScene::pixel() const {
-  return 1.0 / film.calibration.camera.scale(0.0, 0.25 * experiment.rig.bin->height);
+  return 1.0 / film.calibration.camera.scale(0.0, 0.25 * experiment.rig.bed->height);
 }
 
 BedScene prepare_bed(const datasets::Experiment& experiment,
@@ -77,14 +78,14 @@ BedScene prepare_bed(const datasets::Experiment& experiment,
   // how much light the rim gets: half way.
   scene.plate_height = 0.25 * plate.thickness;
   scene.film = std::move(camera);
-  scene.region = region_of(scene.film.calibration.camera, *experiment.rig.bin);
+  scene.region = region_of(scene.film.calibration.camera, *experiment.rig.bed);
   const double plate_width_px = 2.0 * scene.shape.semi_minor / scene.pixel();
   if (scene.region.width < 3.0 * plate_width_px || scene.region.height < 3.0 * plate_width_px) {
     throw InputError(fmt::format(
         "{}: the bin of {:.0f} mm lies outside the picture; check bin_width, bin_height and the "
         "fiducials' positions",
         where,
-        1.0e3 * experiment.rig.bin->width));
+        1.0e3 * experiment.rig.bed->width()));
   }
   constexpr double smallest_plate_px = 8.0;
   if (plate_width_px < smallest_plate_px) {
@@ -103,7 +104,7 @@ BedScene prepare_bed(const datasets::Experiment& experiment,
 }
 
 OrificeWatcher::OrificeWatcher(const BedScene& scene, const cv::Mat& first) {
-  const double half = 0.45 * scene.experiment.rig.bin->orifice_width;
+  const double half = 0.45 * scene.experiment.rig.opening->width();
   constexpr int columns = 64;
   const double pixel = scene.pixel();
   for (int i = 0; i < columns; ++i) {

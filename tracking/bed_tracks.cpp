@@ -102,10 +102,10 @@ datasets::Pose BedTracks::predict(const PlateTrack& track) const {
   pose.angle += track.velocity.angle;
   // No plate gets into a wall
   const double side =
-      0.5 * scene_.experiment.rig.bin->width - deepest_overlap * scene_.shape.semi_minor;
+      0.5 * scene_.experiment.rig.bed->width() - deepest_overlap * scene_.shape.semi_minor;
   if (is_coarse()) pose.x = std::clamp(pose.x, -side, side);
   if (opened_at_ < 0 || track.unseen > 0) return pose;
-  const double half_orifice = 0.5 * scene_.experiment.rig.bin->orifice_width;
+  const double half_orifice = 0.5 * scene_.experiment.rig.opening->width();
   const bool in_arch = is_coarse() && std::abs(pose.x) < half_orifice && pose.z < half_orifice;
   if (pose.z < 0.0 || in_arch) {
     pose.z -= fall_;
@@ -159,7 +159,7 @@ bool BedTracks::is_lost(const PlateFit& plate, const PlateTrack& track) const {
 
 // Nearer to a side wall of the bin than a plate can be.
 bool BedTracks::is_in_wall(const datasets::Pose& pose) const {
-  const double room = 0.5 * scene_.experiment.rig.bin->width - std::abs(pose.x);
+  const double room = 0.5 * scene_.experiment.rig.bed->width() - std::abs(pose.x);
   return pose.z > 0.0 && room < deepest_overlap * scene_.shape.semi_minor;
 }
 

@@ -67,7 +67,7 @@ void draw_rig(cv::Mat& picture,
   };
   for (const datasets::Wall& wall : rig.walls)
     draw({wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
-  if (const auto& piston = rig.piston) {
+  if (const auto& piston = rig.moving_face) {
     const double face = piston->face_z + piston->velocity_z * std::max(0.0, time);
     draw({piston->left_x, face}, {piston->right_x, face});
   }

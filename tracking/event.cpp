@@ -28,7 +28,7 @@ bool is_inside(const cv::Mat& grey, const Eigen::Vector2d& pixel) {
 // `top` down in steps. Empty where the face leaves the picture.
 std::vector<double> downward_gradient(const cv::Mat& grey,
                                       const Camera& camera,
-                                      const datasets::Piston& piston,
+                                      const datasets::MovingFace& piston,
                                       double top,
                                       double step,
                                       int count) {

@@ -22,7 +22,7 @@ struct HeightRecord {
 // width of the face, whose sign stays the same, so that curved or passing things average out.
 class PistonWatcher {
  public:
-  PistonWatcher(const datasets::Piston& piston, double frame_rate)
+  PistonWatcher(const datasets::MovingFace& piston, double frame_rate)
       : piston_(piston), frame_rate_(frame_rate) {}
 
   // Measures the face in the next frame; `grey` is 8 bit. Returns the height of the edge, m, or
@@ -33,7 +33,7 @@ class PistonWatcher {
   double last_height() const { return last_height_; }
 
  private:
-  datasets::Piston piston_;
+  datasets::MovingFace piston_;
   double frame_rate_;
   double sign_ = 0.0;      // +1: brighter below the edge
   double strength_ = 0.0;  // grey levels a pixel, in the first frame

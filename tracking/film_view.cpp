@@ -50,8 +50,8 @@ PlaneRegion search_region(const datasets::Experiment& experiment,
 Surroundings FilmView::surroundings() const {
   Surroundings result;
   result.walls = walls;
-  if (experiment.rig.piston && piston) {
-    const auto& face = *experiment.rig.piston;
+  if (experiment.rig.moving_face && piston) {
+    const auto& face = *experiment.rig.moving_face;
     const double height = piston->last_height();
     result.walls.push_back({"piston", face.left_x, height, face.right_x, height});
   }
@@ -119,8 +119,8 @@ FilmView view_of(const datasets::Experiment& experiment,
         view.lens().unproject(view.lens().project(Eigen::Vector3d(wall.to_x, wall.to_z, front)));
     view.walls.push_back({wall.name + " front", from.x(), from.y(), to.x(), to.y()});
   }
-  if (experiment.rig.piston)
-    view.piston.emplace(*experiment.rig.piston, experiment.camera.frame_rate);
+  if (experiment.rig.moving_face)
+    view.piston.emplace(*experiment.rig.moving_face, experiment.camera.frame_rate);
   view.watch_piston(first_frame);
   return view;
 }

@@ -19,7 +19,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 // When the particles that rest on the piston's face at first follow it, by their mean height.
 std::optional<Event> fit_onset_of_resting(const FilmView& view,
                                           const std::vector<BodyTrack>& tracks) {
-  const datasets::Piston& piston = *view.experiment.rig.piston;
+  const datasets::MovingFace& piston = *view.experiment.rig.moving_face;
   const double interval = 1.0 / view.experiment.camera.frame_rate;
   HeightRecord resting;
   const double reach = 0.15 * view.shape.radius[0];
@@ -88,7 +88,7 @@ Event find_start(const FilmView& view,
   const auto& noted = view.experiment.camera.noted_event_time;
   std::optional<Event> event;
   if (view.piston) {
-    const datasets::Piston& piston = *view.experiment.rig.piston;
+    const datasets::MovingFace& piston = *view.experiment.rig.moving_face;
     event = fit_onset(view.piston->record(), piston.velocity_z);
     // Second witness: the particles that rest on the face at first
     const std::optional<Event> witness = fit_onset_of_resting(view, tracks);

@@ -21,7 +21,7 @@ cv::Vec3f ground(const SyntheticScene& scene, double x, double z, double piston_
     return std::hypot(x - dot.x, z - dot.z) < 0.5 * dot.diameter ? cv::Vec3f(0.08F, 0.08F, 0.08F)
                                                                  : cv::Vec3f(0.8F, 0.82F, 0.82F);
   }
-  if (const auto& piston = experiment.rig.piston) {
+  if (const auto& piston = experiment.rig.moving_face) {
     constexpr double thickness = 0.02;  // m
     if (x > piston->left_x && x < piston->right_x && z < piston_face && z > piston_face - thickness)
       return {0.58F, 0.6F, 0.6F};
@@ -182,8 +182,8 @@ void paint(
 }
 
 void paint_bars(cv::Mat& picture, const SyntheticBed& bed, bool is_open) {
-  const datasets::FlatBin& bin = *bed.scene.experiment.rig.bin;
-  const double side = 0.5 * bin.width, edge = 0.5 * bin.orifice_width;
+  const datasets::BedBox& bin = *bed.scene.experiment.rig.bed;
+  const double side = 0.5 * bin.width(), edge = 0.5 * bed.scene.experiment.rig.opening->width();
   constexpr double thickness = 4.0e-3, step = 1.0e-3;  // m
   const auto square = [&](double x, double z) {
     paint(picture, bed.scene.camera, x, z, step, [&](const Eigen::Vector2d& d, cv::Vec3f& sample) {

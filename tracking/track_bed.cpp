@@ -33,8 +33,8 @@ void check(const datasets::Experiment& experiment) {
   };
   if (!experiment.particle.plate)
     refuse("particle.plate is missing; a bed is tracked by the outline of its plates");
-  if (!experiment.rig.bin) refuse("rig.kind must be 'flat_bin_orifice' to track a bed of plates");
-  if (!(experiment.rig.bin->orifice_width > 0.0)) refuse("rig.orifice_width_mm is missing");
+  if (!experiment.rig.bed) refuse("rig.kind must be 'flat_bin_orifice' to track a bed of plates");
+  if (!experiment.rig.opening) refuse("rig.orifice_width_mm is missing");
 }
 
 // The camera, first and last picture of the film, and what the reader has to say of all of them.
@@ -189,7 +189,7 @@ double BedTracker::find_event(const BedTracks& tracks, int frames) {
   const double interval = 1.0 / experiment_.camera.frame_rate;
   const auto& noted = experiment_.camera.noted_event_time;
   summary_.noted_event_time_s = noted.value_or(nan);
-  const double half = 0.35 * experiment_.rig.bin->orifice_width;
+  const double half = 0.35 * experiment_.rig.opening->width();
   const double pixel = scene_->pixel();
   const double row_height = 2.0 * scene_->shape.semi_major;
   std::vector<const PlateTrack*> over;
@@ -437,7 +437,7 @@ void BedTracker::map_stagnant_bed(const TrackingOptions& options, TrackedBed& re
     if (options.progress) options.progress(video.frames_read(), video.declared_frames());
     if (options.stop && options.stop()) throw Stopped{};
   }
-  const double orifice_width = experiment_.rig.bin->orifice_width;
+  const double orifice_width = experiment_.rig.opening->width();
   result.stagnant.frames_apart = watcher.pictures_apart();
   result.stagnant.maps = watcher.maps();
   for (const datasets::StagnantMap& map : result.stagnant.maps) {

@@ -56,7 +56,7 @@ calibrate::BulkRig rig_of(const ThesisData& thesis, double orifice) {
 
 // What is seen of a run moment by moment: figures 4.12a and 4.13.
 void add_course(const datasets::Trajectories& tracks,
-                const calibrate::BinMeasurement& bin,
+                const calibrate::BulkMeasurement& bin,
                 const calibrate::BulkRig& rig,
                 const ThesisData& thesis,
                 Json& result) {
@@ -130,8 +130,8 @@ Json empty_bin(const datasets::SceneFile& file,
     result[list] = Json::array();
   if (!result["completed"].get<bool>()) return result;
   const datasets::Trajectories tracks = planar_tracks(run);
-  const calibrate::BinMeasurement bin =
-      calibrate::measure_bin(tracks, rig, thesis.si("packing_and_flow", "profile_band_height"));
+  const calibrate::BulkMeasurement bin =
+      calibrate::measure_bulk(tracks, rig, thesis.si("packing_and_flow", "profile_band_height"));
   result["fraction"] = bin.at_rest.solid_fraction;
   add_arches(bin.discharge, rig, thesis, result);
   add_course(tracks, bin, rig, thesis, result);

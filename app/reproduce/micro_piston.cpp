@@ -17,11 +17,11 @@
 #include "app/reproduce/targets.h"
 #include "app/scene_files.h"
 #include "calibrate/agreement.h"
-#include "calibrate/dem_simulator.h"
 #include "calibrate/engines/scene_run.h"
-#include "calibrate/ensemble.h"
+#include "calibrate/observables/track_results.h"
 #include "calibrate/problem.h"
 #include "datasets/input_error.h"
+#include "datasets/rigs/followed_grains.h"
 #include "datasets/run_folder.h"
 #include "datasets/store/fingerprint.h"
 
@@ -29,6 +29,8 @@ namespace graintruth::app {
 
 namespace {
 
+using calibrate::Channel;
+using calibrate::ChannelShape;
 using calibrate::Critical;
 using datasets::Trajectories;
 using Json = Studies::Json;
@@ -38,8 +40,6 @@ const std::string properties = "table_4_1_micro_properties";
 const std::string printed_distances = "micro_rms_vs_mu";
 
 std::filesystem::path scene_of_rig() { return data_folder() / "scenes" / "micro_thesis.toml"; }
-
-datasets::BenchValue without_uncertainty(double value) { return {.value = value}; }
 
 // The bed at rest on the piston: the arrangement that every run starts from.
 calibrate::SceneRun settled_bed(std::uint64_t seed) {
@@ -59,40 +59,42 @@ datasets::Experiment experiment_in(const ThesisData& thesis, const calibrate::Sc
   datasets::Experiment experiment;
   experiment.measurement = {.frame_interval = thesis.si(setup, "frame_interval"),
                             .frames = static_cast<int>(thesis.number(setup, "frames_used"))};
-  experiment.material = {
-      .elastic_modulus = thesis.si(properties, "elastic_modulus"),
-      .poisson_ratio = thesis.number(properties, "poisson_ratio"),
-      .friction_particle_particle =
-          without_uncertainty(thesis.number(properties, "static_friction_particle_particle")),
-      .friction_particle_wall =
-          without_uncertainty(thesis.number(properties, "static_friction_particle_wall")),
-      .restitution = without_uncertainty(thesis.number(properties, "coefficient_of_restitution"))};
+  experiment.measurement.observables = {{.name = "tracks"}};
+  experiment.material = {.elastic_modulus = thesis.si(properties, "elastic_modulus"),
+                         .poisson_ratio = thesis.number(properties, "poisson_ratio")};
   const sim::Clump& clump = bed.scene.types[bed.scene.bodies.front().type];
-  experiment.particle.count = static_cast<int>(bed.scene.bodies.size());
-  experiment.particle.mass = clump.mass;
-  for (const sim::ElementSphere& sphere : clump.spheres)
-    experiment.particle.spheres.push_back({sphere.centre.x(), sphere.radius});
+  datasets::Particle& particle = experiment.particle;
+  particle.count = static_cast<int>(bed.scene.bodies.size());
+  particle.model = datasets::load_scene(scene_of_rig()).particles.front();
+  particle.model.mass = particle.mass = clump.mass;
+  datasets::Rig& rig = experiment.rig;
   for (const datasets::SceneWall& wall : datasets::load_scene(scene_of_rig()).walls) {
     const auto &from = wall.points[0], &to = wall.points[1];
     if (wall.motion.velocity.isZero(0.0)) {
-      experiment.rig.walls.push_back({wall.name, from.x(), from.z(), to.x(), to.z()});
+      rig.walls.push_back({wall.name, from.x(), from.z(), to.x(), to.z()});
     } else {
-      experiment.rig.piston = {from.z(), from.x(), to.x(), wall.motion.velocity.z()};
+      rig.moving_face = {from.z(), from.x(), to.x(), wall.motion.velocity.z()};
     }
   }
+  datasets::follow_grains({.particle = &particle}, rig);
+  experiment.replicates = {{.name = "arrangement", .rig = rig}};
   return experiment;
 }
 
-calibrate::StartPoses starts_in(const ThesisData& thesis, const calibrate::SceneRun& bed) {
+// What is simulated: the arrangement, placed again for every run.
+calibrate::Problem problem_of(const ThesisData& thesis, const calibrate::SceneRun& bed) {
   const Trajectories tracks = planar_tracks(bed);
   std::size_t frame = 0;
   while (frame + 1 < tracks.frames() && tracks.time[frame + 1] <= 0.0) ++frame;
-  calibrate::StartPoses starts;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(tracks.particles); ++i)
-    starts.mean.push_back(tracks.poses[tracks.index(frame, i)]);
+  Trajectories arrangement = datasets::make_trajectories(1, tracks.particles, false);
+  for (std::size_t i = 0; i < arrangement.poses.size(); ++i)
+    arrangement.poses[i] = tracks.poses[tracks.index(frame, i)];
+  const std::vector<datasets::Recording> recordings = {{.tracks = arrangement}};
+  calibrate::Problem problem = calibrate::plan_problem(experiment_in(thesis, bed), recordings);
   const double placing = thesis.setting("micro", "placing");
-  starts.standard_deviation = {placing, placing, thesis.setting("micro", "placing_angle")};
-  return starts;
+  problem.scenes.front().spec.start.standard_deviation = {
+      placing, placing, thesis.setting("micro", "placing_angle")};
+  return problem;
 }
 
 Json json_of(const Trajectories& tracks) {
@@ -102,27 +104,16 @@ Json json_of(const Trajectories& tracks) {
   return poses;
 }
 
-Trajectories tracks_of(const Json& poses, const datasets::Measurement& measurement, int particles) {
-  Trajectories tracks =
-      datasets::make_trajectories(static_cast<std::size_t>(measurement.frames), particles, false);
-  tracks.time = calibrate::measurement_times(measurement.frame_interval, measurement.frames);
-  for (std::size_t i = 0; i < tracks.poses.size(); ++i) {
-    tracks.poses[i] = {poses.at(3 * i).get<double>(),
-                       poses.at(3 * i + 1).get<double>(),
-                       poses.at(3 * i + 2).get<double>()};
-  }
-  return tracks;
-}
-
 // The runs of one friction at one time step: some stand in for the experiment, as many are its
 // simulations.
 struct Runs {
-  std::vector<Trajectories> replicates, simulations;
+  std::vector<Channel> replicates, simulations;
 };
 
 struct Study {
   std::vector<double> frictions;
   std::vector<std::string> labels;      // the frictions as printed
+  ChannelShape shape;                   // of the tracks of a run
   std::vector<std::vector<Runs>> runs;  // [time step][friction]
 };
 
@@ -134,12 +125,9 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
     study.labels.push_back(table.text(row, "friction_mu"));
 
   // 1. One arrangement of the bed, as Fig 4.2 shows one
-  const calibrate::SceneRun bed = settled_bed(studies.seed());
-  const datasets::Experiment experiment = experiment_in(thesis, bed);
-  const calibrate::Simulator simulate = calibrate::make_dem_simulator(
-      experiment,
-      starts_in(thesis, bed),
-      {.time_limit = std::numeric_limits<double>::infinity(), .stop = is_interrupted});
+  const calibrate::Problem problem = problem_of(thesis, settled_bed(studies.seed()));
+  study.shape =
+      calibrate::shape_of_tracks(static_cast<std::size_t>(problem.experiment.particle.count));
 
   // 2. Placed again for every run
   const auto replicates = static_cast<std::size_t>(thesis.number(setup, "replicates"));
@@ -149,7 +137,8 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
                                          thesis.settings_text("micro"),
                                          datasets::file_hash(scene_of_rig()),
                                          replicates,
-                                         experiment.measurement.frames);
+                                         problem.experiment.measurement.frames);
+  const double restitution = thesis.number(properties, "coefficient_of_restitution");
   for (const double fraction : thesis.settings("micro", "step_fraction")) {
     study.runs.emplace_back();
     for (std::size_t f = 0; f < study.frictions.size(); ++f) {
@@ -160,12 +149,17 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
         std::vector<Json> found(seeds.size());
         studies.in_parallel(static_cast<int>(seeds.size()), [&](int i) {
           const auto which = static_cast<std::size_t>(i);
-          const calibrate::SimulatedRun run =
-              simulate({.parameters = {friction, friction, experiment.material.restitution.value},
-                        .time_step_fraction = fraction / std::numbers::pi,
-                        .seed = seeds[which]});
+          const calibrate::EngineRun run = calibrate::run_with_retry(
+              *problem.engine,
+              problem.spec_of(0,
+                              {{"friction_particle_particle", friction},
+                               {"friction_particle_wall", friction},
+                               {"restitution", restitution}},
+                              fraction / std::numbers::pi,
+                              seeds[which]),
+              {.time_limit = std::numeric_limits<double>::infinity(), .stop = is_interrupted});
           if (run.status == calibrate::RunStatus::completed)
-            found[which] = json_of(run.trajectories);
+            found[which] = json_of(*run.recording.tracks);
         });
         return Json(found);
       });
@@ -173,7 +167,7 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
       for (std::size_t i = 0; i < seeds.size(); ++i) {
         if (stored[i].is_null()) continue;
         (i < replicates ? runs.replicates : runs.simulations)
-            .push_back(tracks_of(stored[i], experiment.measurement, experiment.particle.count));
+            .push_back({.values = stored[i].get<std::vector<double>>()});
       }
     }
   }
@@ -181,23 +175,30 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
 }
 
 // RMS distances, m, of one replicate from every simulation: their mean, for each replicate.
-std::vector<double> distances(const Runs& experiment, const Runs& model) {
+std::vector<double> distances(const Runs& experiment,
+                              const Runs& model,
+                              const ChannelShape& shape) {
   std::vector<double> values;
-  for (const Trajectories& replicate : experiment.replicates) {
+  for (const Channel& replicate : experiment.replicates) {
     double sum = 0.0;
-    for (const Trajectories& simulation : model.simulations)
-      sum += calibrate::rms_position(replicate, simulation);
+    for (const Channel& simulation : model.simulations)
+      sum += calibrate::rms_position(replicate.values, simulation.values, shape);
     values.push_back(sum / static_cast<double>(model.simulations.size()));
   }
   return values;
 }
 
 // Agreement, %, of every simulation with the interval of the replicates.
-std::vector<double> agreements(const Runs& experiment, const Runs& model, Critical critical) {
-  const calibrate::Band band = calibrate::measure(experiment.replicates);
+std::vector<double> agreements(const Runs& experiment,
+                               const Runs& model,
+                               const ChannelShape& shape,
+                               Critical critical) {
+  const auto spreads = calibrate::spreads_of(calibrate::pointers_to(experiment.replicates), shape);
   std::vector<double> values;
-  for (const Trajectories& simulation : model.simulations)
-    values.push_back(calibrate::agreement(band, simulation, critical).percent);
+  for (const Channel& simulation : model.simulations) {
+    values.push_back(
+        calibrate::percent_of_tests_passed(spreads, shape, simulation.values, critical));
+  }
   return values;
 }
 
@@ -219,14 +220,16 @@ bool is_farther(const std::vector<double>& far, const std::vector<double>& near)
 
 // In how many of all comparisons of one replicate with one simulation at each friction, as the
 // thesis made one, the friction of the replicate is the nearest.
-double share_found(const std::vector<Runs>& runs, std::size_t of) {
+double share_found(const Study& study, std::size_t of) {
+  const std::vector<Runs>& runs = study.runs.front();
   int found = 0, all = 0;
-  for (const Trajectories& replicate : runs[of].replicates) {
+  for (const Channel& replicate : runs[of].replicates) {
     for (std::size_t seed = 0; seed < runs[of].simulations.size(); ++seed) {
       std::vector<double> away;
       for (const Runs& model : runs) {
         if (seed < model.simulations.size())
-          away.push_back(calibrate::rms_position(replicate, model.simulations[seed]));
+          away.push_back(calibrate::rms_position(
+              replicate.values, model.simulations[seed].values, study.shape));
       }
       if (away.size() < runs.size()) continue;
       ++all;
@@ -259,11 +262,12 @@ void examine_distances(Examination& exam, const ThesisData& thesis, const Study&
               .y_title = "RMS distance (mm)"};
   for (std::size_t of = 0; of < runs.size(); ++of) {
     const std::string experiment = fmt::format("experiment at {}", study.labels[of]);
-    const std::vector<double> own = in_millimetres(distances(runs[of], runs[of]));
+    const std::vector<double> own = in_millimetres(distances(runs[of], runs[of], study.shape));
     Series series{.name = experiment, .x = study.frictions, .is_ours = true};
     std::vector<double> means;
     for (std::size_t other = 0; other < runs.size(); ++other) {
-      const std::vector<double> away = in_millimetres(distances(runs[of], runs[other]));
+      const std::vector<double> away =
+          in_millimetres(distances(runs[of], runs[other], study.shape));
       const Simulated distance = over_seeds(away);
       means.push_back(distance.mean);
       series.y.push_back(distance.mean);
@@ -280,7 +284,7 @@ void examine_distances(Examination& exam, const ThesisData& thesis, const Study&
                  fmt::format("RMS; at {} {:.1f} mm", study.labels[of], over_seeds(own).mean));
     }
     curve.series.push_back(series);
-    const double share = share_found(runs, of);
+    const double share = share_found(study, of);
     exam.claim(fmt::format("{}: the nearest of four single runs has its friction", experiment),
                {"always", "percent", "sec 4.2.2"},
                {.mean = share, .seeds = static_cast<int>(runs[of].replicates.size())},
@@ -316,12 +320,14 @@ void examine_agreement(Examination& exam, const Study& study) {
     const std::string experiment = fmt::format("experiment at {}", study.labels[of]);
     Series series{.name = experiment, .x = study.frictions, .is_ours = true};
     for (const Runs& model : runs) {
-      const Simulated percent = over_seeds(agreements(runs[of], model, Critical::thesis_196));
+      const Simulated percent =
+          over_seeds(agreements(runs[of], model, study.shape, Critical::thesis_196));
       series.y.push_back(percent.mean);
       series.spread.push_back(percent.spread);
     }
     const int replicates = static_cast<int>(runs[of].replicates.size());
-    const Simulated own = over_seeds(agreements(runs[of], runs[of], Critical::thesis_196));
+    const Simulated own =
+        over_seeds(agreements(runs[of], runs[of], study.shape, Critical::thesis_196));
     exam.claim(fmt::format("{}: agreement is best at its friction", experiment),
                {"best", "percent", "sec 4.2.3"},
                own,
@@ -345,9 +351,10 @@ void examine_time_steps(Examination& exam, const ThesisData& thesis, const Study
     const Runs &coarse = study.runs[0][f], &fine = study.runs[1][f];
     std::vector<double> changes;
     for (std::size_t i = 0; i < std::min(coarse.replicates.size(), fine.replicates.size()); ++i)
-      changes.push_back(calibrate::rms_position(coarse.replicates[i], fine.replicates[i]));
+      changes.push_back(calibrate::rms_position(
+          coarse.replicates[i].values, fine.replicates[i].values, study.shape));
     const Simulated change = over_seeds(in_millimetres(changes));
-    const Simulated placing = over_seeds(in_millimetres(distances(coarse, coarse)));
+    const Simulated placing = over_seeds(in_millimetres(distances(coarse, coarse, study.shape)));
     const bool is_of_thesis = study.frictions[f] == thesis.number(setup, "friction_best");
     exam.claim(fmt::format("friction {}: RMS change by a tenth of the time step", study.labels[f]),
                {"not significant", "mm", is_of_thesis ? "fig 4.5" : "ours"},

@@ -5,7 +5,7 @@
 
 #include "app/interrupt.h"
 #include "calibrate/ensemble.h"
-#include "calibrate/simulator.h"
+#include "calibrate/simulated_run.h"
 #include "datasets/run_folder.h"
 
 namespace graintruth::app {

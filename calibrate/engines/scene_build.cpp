@@ -18,7 +18,7 @@ namespace graintruth::calibrate {
 namespace {
 
 using datasets::InputError;
-using datasets::SceneFile;
+using datasets::SceneData;
 using datasets::SceneParticle;
 using datasets::SceneWall;
 using datasets::SizeSpread;
@@ -188,18 +188,23 @@ sim::WallMotion motion_of(const datasets::SceneMotion& motion, double event) {
 
 // What stands in a scene is checked by the simulator, whose sentences get the name of the file.
 template <class Function>
-void naming(const SceneFile& file, const std::string& what, Function function) {
+void naming(const std::string& origin, const std::string& what, Function function) {
   try {
     function();
   } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("{}: {}: {}.", file.file.string(), what, error.what()));
+    throw InputError(fmt::format("{}: {}: {}.", origin, what, error.what()));
   }
 }
 
 }  // namespace
 
-BuiltScene build_scene(const SceneFile& file) {
-  BuiltScene built;
+std::vector<sim::ElementSphere> spheres_of(const SceneParticle& particle) {
+  double protrusion = 0.0;
+  return shape_of(particle, protrusion);
+}
+
+BuiltScene build_scene(const SceneData& file, const std::string& origin) {
+  BuiltScene built{.origin = origin};
   built.scene.planar = file.is_planar;
   built.scene.gravity = file.gravity;
   for (const datasets::SceneMaterial& material : file.materials) {
@@ -208,11 +213,12 @@ BuiltScene build_scene(const SceneFile& file) {
                                  : sim::Material{material.elastic_modulus, material.poisson_ratio});
   }
   for (const SceneParticle& particle : file.particles) {
-    naming(
-        file, fmt::format("particle '{}'", particle.name), [&] { add_particle(particle, built); });
+    naming(origin, fmt::format("particle '{}'", particle.name), [&] {
+      add_particle(particle, built);
+    });
   }
   for (std::size_t w = 0; w < file.walls.size(); ++w) {
-    naming(file, fmt::format("wall '{}'", file.walls[w].name), [&] {
+    naming(origin, fmt::format("wall '{}'", file.walls[w].name), [&] {
       for (sim::Wall& wall : walls_of(file.walls[w])) {
         wall.material = file.walls[w].material;
         // Checked with its motion, which it gets at the event
@@ -230,7 +236,7 @@ BuiltScene build_scene(const SceneFile& file) {
       }
     });
   }
-  naming(file, "the scene", [&] { sim::check(built.scene); });
+  naming(origin, "the scene", [&] { sim::check(built.scene); });
   return built;
 }
 
@@ -275,7 +281,7 @@ void use_law(const datasets::SceneLaw& law, sim::SimulationOptions& options) {
   options.tangential_damping = law.tangential_damping;
 }
 
-void use_surfaces(const SceneFile& file,
+void use_surfaces(const SceneData& file,
                   const datasets::ScenePhase& phase,
                   sim::SurfaceTable& surfaces) {
   std::set<int> of_particles;
@@ -292,6 +298,8 @@ void use_surfaces(const SceneFile& file,
       now.static_friction = 0.0;
     }
     if (phase.restitution) now.restitution = *phase.restitution;
+    if (phase.restitution_at_most)
+      now.restitution = std::min(*phase.restitution_at_most, now.restitution);
     // The rebound that this beta gives with the thesis's own law, which may pull
     if (phase.damping_ratio) {
       now.restitution = sim::restitution_of(*phase.damping_ratio, sim::Tension::allowed);
@@ -300,7 +308,7 @@ void use_surfaces(const SceneFile& file,
   }
 }
 
-void start_walls(const SceneFile& file,
+void start_walls(const SceneData& file,
                  const BuiltScene& built,
                  double time,
                  sim::Simulation& simulation) {

@@ -28,21 +28,26 @@ struct BuiltScene {
   std::vector<EnclosingBall> enclosing;  // one a sim::Scene::types
   std::vector<int> owner;                // of sim::Scene::walls, into SceneFile::walls
   std::vector<std::string> warnings;     // sentences
+  std::string origin;                    // for sentences
 };
 
-// Walls do not move yet: see start_walls. Throws datasets::InputError for shapes that cannot be.
-BuiltScene build_scene(const datasets::SceneFile& file);
+// Walls do not move yet: see start_walls. `origin` is named in sentences: the file that the scene
+// comes from. Throws datasets::InputError for shapes that cannot be.
+BuiltScene build_scene(const datasets::SceneData& data, const std::string& origin);
+
+// The spheres of one nominal particle, in the frame of its shape.
+std::vector<sim::ElementSphere> spheres_of(const datasets::SceneParticle& particle);
 
 // The form of the contact law, into the options of the simulation.
 void use_law(const datasets::SceneLaw& law, sim::SimulationOptions& options);
 
 // The surfaces of the file with what a phase sets in their place.
-void use_surfaces(const datasets::SceneFile& file,
+void use_surfaces(const datasets::SceneData& file,
                   const datasets::ScenePhase& phase,
                   sim::SurfaceTable& surfaces);
 
 // Lets the walls move, drag and open as the file says, `time` being the event.
-void start_walls(const datasets::SceneFile& file,
+void start_walls(const datasets::SceneData& file,
                  const BuiltScene& built,
                  double time,
                  sim::Simulation& simulation);

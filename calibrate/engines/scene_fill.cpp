@@ -3,20 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/random/normal_distribution.hpp>
 #include <boost/random/uniform_01.hpp>
+#include <boost/random/uniform_real_distribution.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "datasets/input_error.h"
 #include "sim/neighbours.h"
+#include "sim/relaxation.h"
 
 namespace graintruth::calibrate {
 
 namespace {
 
 using datasets::InputError;
-using datasets::SceneFile;
+using datasets::SceneData;
 using sim::Vec3;
 
 double share(Generator& generator) { return boost::random::uniform_01<double>()(generator); }
@@ -34,7 +37,7 @@ sim::Quat random_rotation(Generator& generator) {
 
 // A body whose shape's x axis has this picture angle, then is turned by `azimuth` about z.
 sim::Body turned_body(
-    const SceneFile& file, const BuiltScene& built, int type, double angle, double azimuth) {
+    const SceneData& file, const BuiltScene& built, int type, double angle, double azimuth) {
   const sim::Quat& input_from_body = built.scene.types[type].input_from_body;
   sim::Body body;
   body.type = type;
@@ -48,7 +51,7 @@ sim::Body turned_body(
   return body;
 }
 
-sim::Body oriented_body(const SceneFile& file,
+sim::Body oriented_body(const SceneData& file,
                         const BuiltScene& built,
                         int type,
                         Generator& generator) {
@@ -110,14 +113,14 @@ double largest_radius(const BuiltScene& built, const std::vector<int>& types) {
   return radius;
 }
 
-[[noreturn]] void refuse_lattice(const SceneFile& file,
+[[noreturn]] void refuse_lattice(const BuiltScene& built,
                                  std::size_t placed,
                                  std::size_t wanted,
                                  double pitch) {
   throw InputError(
       fmt::format("{}: the region of [fill] has room for {} of {} particles on a lattice of {:.4g} "
                   "mm; make it larger, or the clearance smaller.",
-                  file.file.string(),
+                  built.origin,
                   placed,
                   wanted,
                   1e3 * pitch));
@@ -125,7 +128,7 @@ double largest_radius(const BuiltScene& built, const std::vector<int>& types) {
 
 }  // namespace
 
-std::vector<int> draw_types(const SceneFile& file, const BuiltScene& built, Generator& generator) {
+std::vector<int> draw_types(const SceneData& file, const BuiltScene& built, Generator& generator) {
   std::vector<int> types;
   for (std::size_t p = 0; p < file.particles.size(); ++p) {
     const std::vector<int>& classes = built.kinds[p].types;
@@ -146,7 +149,7 @@ std::vector<int> draw_types(const SceneFile& file, const BuiltScene& built, Gene
   return types;
 }
 
-void add_places(const SceneFile& file, BuiltScene& built) {
+void add_places(const SceneData& file, BuiltScene& built) {
   for (const datasets::ScenePlace& place : file.places) {
     const std::vector<int>& classes = built.kinds[place.particle].types;
     sim::Body body =
@@ -158,7 +161,7 @@ void add_places(const SceneFile& file, BuiltScene& built) {
   }
 }
 
-void add_lattice(const SceneFile& file,
+void add_lattice(const SceneData& file,
                  const std::vector<int>& types,
                  Generator& generator,
                  BuiltScene& built) {
@@ -181,7 +184,7 @@ void add_lattice(const SceneFile& file,
       for (long i = 0; i < sites(0) && next < types.size(); ++i) {
         Vec3 site = fill.low + pitch * Vec3(i + 0.5, j + 0.5, k + 0.5);
         if (file.is_planar) site.y() = 0.0;
-        if (--strides_left < 0) refuse_lattice(file, next, types.size(), pitch);
+        if (--strides_left < 0) refuse_lattice(built, next, types.size(), pitch);
         const double top = fill.high.z() - radius;
         if (room_at(built.scene.walls, site) < reach ||
             !is_open_to_top(built.scene.walls, site, top, reach, strides_left) ||
@@ -194,10 +197,49 @@ void add_lattice(const SceneFile& file,
       }
     }
   }
-  if (next < types.size()) refuse_lattice(file, next, types.size(), pitch);
+  if (next < types.size()) refuse_lattice(built, next, types.size(), pitch);
 }
 
-std::optional<sim::Body> rain_drop(const SceneFile& file,
+std::vector<datasets::Pose> rows_of(const SceneData& file, std::uint64_t seed) {
+  const datasets::SceneFill& fill = file.fill;
+  // Scenes share the seeds of an evaluation, but not their beds
+  Generator generator(seed + static_cast<std::uint64_t>(fill.number));
+  boost::random::uniform_real_distribution<double> even(0.0, 1.0);
+  const double width = fill.high.x() - fill.low.x();
+  const double length = fill.length;
+  const int columns = std::max(1, static_cast<int>(width / (1.02 * length)));
+  const double pitch = width / columns;
+  int count = 0;
+  for (const datasets::SceneParticle& particle : file.particles) count += particle.count;
+  std::vector<datasets::Pose> bed;
+  for (int i = 0; i < count; ++i) {
+    const double slack = (even(generator) - 0.5) * (pitch - length);
+    bed.push_back({(i % columns + 0.5) * pitch - 0.5 * width + slack,
+                   (i / columns + 0.5) * 1.02 * length,
+                   std::numbers::pi * even(generator)});
+  }
+  return bed;
+}
+
+double place_poses(std::span<const datasets::Pose> poses,
+                   const datasets::Pose& standard_deviation,
+                   std::span<const int> types,
+                   Generator& generator,
+                   BuiltScene& built) {
+  boost::random::normal_distribution<double> normal;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const datasets::Pose& pose = poses[i];
+    const double x = pose.x + standard_deviation.x * normal(generator);
+    const double z = pose.z + standard_deviation.z * normal(generator);
+    const double angle = pose.angle + standard_deviation.angle * normal(generator);
+    const sim::Quat& input_from_body = built.scene.types[types[i]].input_from_body;
+    built.scene.add_planar_body(types[i], {x, z}, angle + sim::picture_angle_of(input_from_body));
+  }
+  const sim::RelaxationSummary relaxed = sim::relax_overlaps(built.scene);
+  return relaxed.converged ? 0.0 : relaxed.overlap_after;
+}
+
+std::optional<sim::Body> rain_drop(const SceneData& file,
                                    const BuiltScene& built,
                                    const sim::Scene& now,
                                    int type,
@@ -208,7 +250,7 @@ std::optional<sim::Body> rain_drop(const SceneFile& file,
   const Vec3 room = fill.high - fill.low - Vec3::Constant(2.0 * radius);
   if (room.x() < 0.0 || room.z() < 0.0 || (!file.is_planar && room.y() < 0.0)) {
     throw InputError(
-        fmt::format("{}: the region of [fill] is smaller than a particle.", file.file.string()));
+        fmt::format("{}: the region of [fill] is smaller than a particle.", built.origin));
   }
   sim::Body body = oriented_body(file, built, type, generator);
   for (int i = 0; i < tries; ++i) {
@@ -227,12 +269,12 @@ std::optional<sim::Body> rain_drop(const SceneFile& file,
   return std::nullopt;
 }
 
-void check_start(const SceneFile& file, const BuiltScene& built) {
+void check_start(const SceneData& file, const BuiltScene& built) {
   constexpr double tolerated = 0.01;  // of a radius
   const sim::Scene& scene = built.scene;
   const auto refuse = [&](std::size_t body, const std::string& complaint) {
     throw InputError(fmt::format("{}: particle {} at x {:.4g}, y {:.4g}, z {:.4g} mm {}.",
-                                 file.file.string(),
+                                 built.origin,
                                  body + 1,
                                  1e3 * scene.bodies[body].position.x(),
                                  1e3 * scene.bodies[body].position.y(),

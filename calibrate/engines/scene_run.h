@@ -1,24 +1,13 @@
 // Runs a scene file from its first particle to its last phase, and keeps what is seen on the way.
 #pragma once
 
-#include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "calibrate/engines/scene_fill.h"
+#include "calibrate/engines/scene_runner.h"
 #include "sim/contact_summary.h"
 
 namespace graintruth::calibrate {
-
-struct SceneRunOptions {
-  std::uint64_t seed = 1;
-  int threads = 1;  // at most; small beds use one. The result does not depend on it
-  std::int64_t step_limit = 0;  // of each stretch between frames; 0 for none
-  std::function<bool()> stop;   // asked now and then; true ends the run with what it has
-  // What is done, of what share of it.
-  std::function<void(const std::string& job, double share, const std::string& detail)> progress;
-};
 
 // How the particles hang together at one moment.
 struct BedState {
@@ -42,14 +31,6 @@ struct SceneFrame {
   // event
   std::vector<std::vector<double>> strip_force;
   std::vector<sim::Wall> walls;  // where they are; empty when where they were in the frame before
-};
-
-struct PhaseRecord {
-  std::string name;
-  double start = 0.0, end = 0.0;  // s, as simulated
-  std::int64_t steps = 0;
-  double time_step = 0.0;  // s
-  bool came_to_rest = false;
 };
 
 struct SceneRun {

@@ -250,7 +250,8 @@ TEST(SceneRun, SizesHaveTheirMeanAndSpread) {
                                         "radius_mm = 10",
                                         std::string("radius_mm = 10\nsize = {distribution = \"") +
                                             kind + "\", standard_deviation = 0.1, classes = 9}"));
-    const calibrate::BuiltScene built = calibrate::build_scene(datasets::load_scene(file));
+    const calibrate::BuiltScene built =
+        calibrate::build_scene(datasets::load_scene(file), "scene.toml");
     ASSERT_EQ(built.kinds[0].types.size(), 9u);
     double mean = 0.0, square = 0.0;
     for (const int type : built.kinds[0].types) {

@@ -73,7 +73,7 @@ SyntheticScene make_scene(const Look& look) {
   experiment.rig.walls = {{"left", -0.055, -0.05, -0.055, 0.05},
                           {"right", 0.055, -0.05, 0.055, 0.05}};
   experiment.rig.front_back_gap = 0.0105;
-  experiment.rig.piston = datasets::Piston{piston_z, -0.055, 0.055, speed};
+  experiment.rig.moving_face = datasets::MovingFace{piston_z, -0.055, 0.055, speed};
   experiment.camera.frame_rate = frame_rate;
   for (const double x : {-0.066, 0.066})
     for (const double z : {-0.042, -0.014, 0.014, 0.042})

@@ -29,7 +29,8 @@ SyntheticBed make_bed() {
   experiment.file = "drawn.toml";
   experiment.particle.count = 30;
   experiment.particle.plate = datasets::EllipticalPlate{0.010, 0.0065, 0.002};
-  experiment.rig.bin = datasets::FlatBin{0.14, 0.12, 0.06};
+  experiment.rig.bed = {-0.07, 0.07, 0.12};
+  experiment.rig.opening = {-0.03, 0.03, 0.0};
   experiment.camera.frame_rate = frame_rate;
   for (const double x : {-0.095, 0.095})
     for (const double z : {-0.02, 0.03, 0.08, 0.115})

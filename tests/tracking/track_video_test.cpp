@@ -26,7 +26,7 @@ SyntheticScene make_scene() {
   experiment.particle = {4, {{-0.0139, 0.0222}, {0.0139, 0.0222}}, 0.14};
   experiment.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2},
                           {"right", 0.085, -0.12, 0.085, 0.2}};
-  experiment.rig.piston = datasets::Piston{-0.03, -0.085, 0.085, speed};
+  experiment.rig.moving_face = datasets::MovingFace{-0.03, -0.085, 0.085, speed};
   experiment.camera.frame_rate = frame_rate;
   for (const double x : {-0.2, 0.2})
     for (const double z : {-0.1, -0.02, 0.07, 0.15})
@@ -59,8 +59,8 @@ std::vector<BodyPose> poses_at(const SyntheticScene& scene, int frame) {
 std::vector<cv::Mat> draw(const SyntheticScene& scene, int count = frames) {
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < count; ++k)
-    pictures.push_back(
-        draw_frame(scene, poses_at(scene, k), scene.experiment.rig.piston->face_z + sunk(k), k));
+    pictures.push_back(draw_frame(
+        scene, poses_at(scene, k), scene.experiment.rig.moving_face->face_z + sunk(k), k));
   return pictures;
 }
 

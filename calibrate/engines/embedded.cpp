@@ -1,0 +1,262 @@
+#include "calibrate/engines/embedded.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <optional>
+
+#include "calibrate/engines/scene_runner.h"
+#include "datasets/input_error.h"
+#include "sim/time_step.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+using datasets::Recording;
+
+// Changes whenever the simulator gives other numbers for the same spec: tests/calibrate/
+// numbers_version_test.cpp says when.
+constexpr const char* numbers_version = "4";
+
+// Processor time of this thread, s.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1.0e-9 * static_cast<double>(now.tv_nsec);
+}
+
+RunStatus status_of(sim::RunStatus status) {
+  switch (status) {
+    case sim::RunStatus::completed:
+      return RunStatus::completed;
+    case sim::RunStatus::unstable:
+      return RunStatus::unstable;
+    case sim::RunStatus::timed_out:
+      return RunStatus::timed_out;
+  }
+  return RunStatus::unstable;
+}
+
+std::size_t count_of(const SimulationSpec& spec) {
+  if (!spec.start.poses.empty()) return spec.start.poses.size();
+  std::size_t count = spec.scene.places.size();
+  for (const datasets::SceneParticle& particle : spec.scene.particles)
+    count += static_cast<std::size_t>(particle.count);
+  return count;
+}
+
+// Frames of the phases from the event on.
+std::size_t frames_of(const datasets::SceneData& scene) {
+  std::size_t frames = 0;
+  for (auto p = static_cast<std::size_t>(scene.event_phase); p < scene.phases.size(); ++p) {
+    const datasets::ScenePhase& phase = scene.phases[p];
+    if (phase.output_interval > 0.0)
+      frames += static_cast<std::size_t>(std::floor(phase.duration / phase.output_interval + 0.5));
+  }
+  return frames + 1;
+}
+
+// A wall of the scene and a direction, from the name of a curve: wall_force_<wall>_z_n.
+struct WallForce {
+  std::string curve;
+  std::size_t wall = 0;
+  int axis = 0;
+};
+
+std::optional<WallForce> wall_force_named(const std::string& curve,
+                                          const datasets::SceneData& scene) {
+  for (std::size_t wall = 0; wall < scene.walls.size(); ++wall) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (curve == fmt::format("wall_force_{}_{}_n", scene.walls[wall].name, "xyz"[axis]))
+        return WallForce{curve, wall, axis};
+    }
+  }
+  return std::nullopt;
+}
+
+class RecordedRun final : public SceneRunner {
+ public:
+  RecordedRun(const SimulationSpec& spec, const SceneRunOptions& options)
+      : SceneRunner(spec.scene, "The scene", options), spec_(spec) {
+    for (const std::string& curve : spec.record.curves) {
+      if (auto force = wall_force_named(curve, spec.scene)) {
+        wall_forces_.push_back(*std::move(force));
+      } else if (curve == "highest_grain_m") {
+        keeps_highest_ = true;
+      } else {
+        throw datasets::InputError(fmt::format("The embedded engine records no '{}'.", curve));
+      }
+    }
+  }
+
+  EngineRun run() {
+    const std::size_t frames = frames_of(scene_);
+    if (spec_.record.tracks) {
+      tracks_ = datasets::make_trajectories(frames, static_cast<int>(count_of(spec_)), false);
+      tracks_.time.clear();
+    }
+    run_phases();
+    EngineRun run{.status = status_of(status_), .message = message_, .time_step = last_step_};
+    if (run.status != RunStatus::completed) return run;
+    if (spec_.record.tracks) {
+      complete_times(frames);
+      run.recording.tracks = std::move(tracks_);
+    }
+    if (scene_.exit_height) run.recording.discharge = std::move(discharge_);
+    run.recording.curves = std::move(curves_);
+    return run;
+  }
+
+ private:
+  bool fill() override {
+    const bool rows = scene_.fill.method == datasets::SceneFill::Method::rows;
+    if (spec_.start.poses.empty() && !rows) return SceneRunner::fill();
+    const std::vector<datasets::Pose> poses =
+        rows && spec_.start.poses.empty() ? rows_of(scene_, spec_.seed) : spec_.start.poses;
+    // Sizes are drawn apart from places, which are the same whatever the sizes
+    Generator of_sizes(spec_.seed + 1);
+    std::vector<int> types = draw_types(scene_, built_, of_sizes);
+    types.resize(poses.size(), built_.kinds.front().types.front());
+    const double overlap =
+        place_poses(poses, spec_.start.standard_deviation, types, generator_, built_);
+    if (!(overlap > 0.0)) return true;
+    message_ =
+        fmt::format("the starting poses cannot be freed of overlap ({:.2g} m is left)", overlap);
+    return false;
+  }
+
+  void on_frame(const sim::State& state) override {
+    if (!reached_event_) return;
+    // The end of one phase is the start of the next: kept once
+    if (frame_ > 0 && state.time == last_time_) return;
+    last_time_ = state.time;
+    if (spec_.record.tracks) keep_tracks(state);
+    const double time = state.time - event_time_;
+    if (scene_.exit_height) keep_discharge(state, time);
+    if (keeps_highest_) {
+      double highest = -std::numeric_limits<double>::infinity();
+      for (const sim::Vec3& position : state.position) highest = std::max(highest, position.z());
+      keep("highest_grain_m", time, highest);
+    }
+    for (const WallForce& force : wall_forces_) {
+      double sum = 0.0;
+      for (std::size_t w = 0; w < built_.owner.size(); ++w) {
+        if (static_cast<std::size_t>(built_.owner[w]) == force.wall)
+          sum += simulation_->wall_force(static_cast<int>(w))[force.axis];
+      }
+      keep(force.curve, time, sum);
+    }
+    ++frame_;
+  }
+
+  void keep(const std::string& curve, double time, double value) {
+    curves_[curve].time.push_back(time);
+    curves_[curve].value.push_back(value);
+  }
+
+  void keep_tracks(const sim::State& state) {
+    if (frame_ >= frames_of(scene_)) return;
+    for (std::size_t i = 0; i < numbers().size(); ++i) {
+      const sim::Vec3& position = state.position[i];
+      datasets::Pose& pose = tracks_.poses[tracks_.index(frame_, numbers()[i])];
+      pose.x = position.x();
+      pose.z = position.z();
+      if (!scene_.is_planar) continue;
+      const sim::Clump& type = built_.scene.types[type_of(numbers()[i])];
+      pose.angle = state.picture_angle[i] - sim::picture_angle_of(type.input_from_body);
+    }
+  }
+
+  int type_of(std::size_t number) const {
+    return number < built_.scene.bodies.size() ? built_.scene.bodies[number].type
+                                               : built_.kinds.front().types.front();
+  }
+
+  void keep_discharge(const sim::State& state, double time) {
+    double mass = 0.0;
+    for (std::size_t i = 0; i < state.position.size(); ++i) {
+      if (state.position[i].z() < *scene_.exit_height)
+        mass += built_.scene.types[type_of(numbers()[i])].mass;
+    }
+    discharge_.time.push_back(time);
+    discharge_.mass.push_back(mass);
+  }
+
+  // Times of frames are whole multiples of the interval where there is one phase to look at.
+  void complete_times(std::size_t frames) {
+    double start = 0.0;
+    tracks_.time = {0.0};
+    for (auto p = static_cast<std::size_t>(scene_.event_phase); p < scene_.phases.size(); ++p) {
+      const datasets::ScenePhase& phase = scene_.phases[p];
+      if (!(phase.output_interval > 0.0)) continue;
+      const auto own =
+          static_cast<std::size_t>(std::floor(phase.duration / phase.output_interval + 0.5));
+      for (std::size_t frame = 1; frame <= own; ++frame)
+        tracks_.time.push_back(start + static_cast<double>(frame) * phase.output_interval);
+      start += phase.duration;
+    }
+    tracks_.time.resize(frames);
+  }
+
+  const SimulationSpec& spec_;
+  std::vector<WallForce> wall_forces_;
+  bool keeps_highest_ = false;
+  std::size_t frame_ = 0;
+  double last_time_ = 0.0;
+  datasets::Trajectories tracks_;
+  datasets::DischargeCurve discharge_;
+  std::map<std::string, datasets::Curve> curves_;
+};
+
+class Embedded final : public Engine {
+ public:
+  std::string_view name() const override { return "embedded"; }
+  std::string version() const override { return numbers_version; }
+
+  double largest_time_step_fraction(const SimulationSpec& spec) const override {
+    BuiltScene built = build_scene(spec.scene, "The scene");
+    for (std::size_t type = 0; type < built.scene.types.size(); ++type)
+      built.scene.add_body(static_cast<int>(type), sim::Vec3::Zero());
+    double largest = 1.0;
+    for (const datasets::ScenePhase& phase : spec.scene.phases) {
+      const sim::TimeStepOptions options{.fraction = 1.0, .impact_speed = phase.fastest_impact};
+      largest = std::min(
+          largest,
+          sim::choose_time_step(built.scene, options) / sim::critical_time_step(built.scene));
+    }
+    return largest;
+  }
+
+  EngineRun run(const SimulationSpec& spec, const EngineOptions& options) const override {
+    const double started = thread_seconds();
+    SceneRunOptions how{.seed = spec.seed};
+    how.stop = [&] {
+      return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
+    };
+    EngineRun run;
+    try {
+      run = RecordedRun(spec, how).run();
+    } catch (const datasets::InputError& error) {
+      // The scene was looked at before; what cannot start now is blocked rain, or grains that
+      // parameters make too large
+      run = {.status = RunStatus::unstable, .message = error.what()};
+    } catch (const std::invalid_argument& error) {
+      run = {.status = RunStatus::unstable, .message = error.what()};
+    }
+    if (options.stop && options.stop()) throw Interrupted();
+    run.seconds = thread_seconds() - started;
+    return run;
+  }
+};
+
+}  // namespace
+
+const Engine& embedded_engine() {
+  static const Embedded engine;
+  return engine;
+}
+
+}  // namespace graintruth::calibrate

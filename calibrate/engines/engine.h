@@ -1,0 +1,61 @@
+// A simulator as the calibration sees it: a spec in, a recording out. An engine is one file; one
+// line of registry.cpp makes it known by its name.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calibrate/engines/simulation_spec.h"
+#include "datasets/recording.h"
+
+namespace graintruth::calibrate {
+
+// How a simulation ended. Only a completed one is compared with the experiment; the others are
+// counted, and scored as a model in which nothing moves.
+enum class RunStatus { completed, unstable, timed_out };
+std::string_view name_of(RunStatus status);
+
+struct EngineRun {
+  RunStatus status = RunStatus::completed;
+  std::string message;  // one sentence where the run did not complete, or not at the step asked for
+  datasets::Recording recording;  // empty after a bad end
+  double time_step = 0.0;         // s
+  double seconds = 0.0;           // processor time spent
+};
+
+struct EngineOptions {
+  double time_limit = 120.0;   // s of processor time, after which a run counts as timed out
+  std::function<bool()> stop;  // asked now and then; true: throw Interrupted
+};
+
+struct Interrupted : std::runtime_error {
+  Interrupted() : std::runtime_error("interrupted; run the same command again to resume") {}
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual std::string_view name() const = 0;
+  // Changes whenever the engine gives other numbers for the same spec.
+  virtual std::string version() const = 0;
+  // The largest fraction of the Rayleigh step that gives every contact of the spec enough steps.
+  // Throws datasets::InputError for a scene that cannot be simulated.
+  virtual double largest_time_step_fraction(const SimulationSpec& spec) const = 0;
+  // Deterministic in the spec. Throws Interrupted, and nothing else, when the user wants to stop.
+  virtual EngineRun run(const SimulationSpec& spec, const EngineOptions& options) const = 0;
+};
+
+// The engine of this name. Throws datasets::InputError that names those that are known.
+const Engine& engine_named(std::string_view name);
+std::vector<std::string_view> engine_names();
+
+// A run that becomes unstable is tried once more at half the time step.
+EngineRun run_with_retry(const Engine& engine,
+                         const SimulationSpec& spec,
+                         const EngineOptions& options);
+
+}  // namespace graintruth::calibrate

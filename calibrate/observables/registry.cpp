@@ -1,0 +1,99 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+#include "calibrate/observables/kinds.h"
+#include "datasets/input_error.h"
+#include "datasets/toml_section.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+constexpr std::array all_kinds = {
+    &tracks_kind,
+    &heap_height_kind,
+    &discharge_rate_kind,
+    &what_stays_kind,
+    &flowing_density_kind,
+    &velocity_profile_kind,
+    &beverloo_kind,
+    &kinematic_kind,
+    &own_curve_kind,
+};
+
+// A name that is none of these is one of the user's own, if [measure.<name>] says what it is.
+const ObservableKind* kind_named(std::string_view name, bool has_settings) {
+  for (const ObservableKind* kind : all_kinds) {
+    if (kind->name == name) return kind;
+  }
+  return has_settings ? &own_curve_kind : nullptr;
+}
+
+}  // namespace
+
+std::span<const ObservableKind* const> observable_kinds() { return all_kinds; }
+
+Observables::Observables(const datasets::Experiment& experiment) : experiment_(&experiment) {
+  for (const datasets::RequestedObservable& requested : experiment.measurement.observables) {
+    const ObservableKind* kind = kind_named(requested.name, requested.settings != nullptr);
+    if (kind == nullptr) {
+      std::vector<std::string_view> names;
+      for (const ObservableKind* known : all_kinds) names.push_back(known->name);
+      throw datasets::InputError(
+          fmt::format("{}: key 'measure.observables' names '{}', but known are {}; one of your own "
+                      "is described by a table [measure.{}].",
+                      experiment.file.string(),
+                      requested.name,
+                      fmt::join(names, ", "),
+                      requested.name));
+    }
+    compared_.push_back({add(requested.name, requested.settings.get()), requested.weight});
+  }
+}
+
+std::size_t Observables::add(const std::string& name, datasets::TomlSection* settings) {
+  if (const auto known = find(name)) return *known;
+  const ObservableKind* kind = kind_named(name, settings != nullptr);
+  all_.push_back(kind->make(*experiment_, settings));
+  if (settings) settings->finish();
+  const std::size_t place = all_.size() - 1;
+  const std::shared_ptr<const Observable> made = all_.back();
+  std::vector<std::string> needed = made->needs();
+  for (const std::string& other : made->requested_form()) needed.push_back(other);
+  for (const std::string& other : needed) add(other, nullptr);
+  return place;
+}
+
+std::optional<std::size_t> Observables::find(std::string_view name) const {
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    if (all_[i]->name() == name) return i;
+  }
+  return std::nullopt;
+}
+
+std::vector<Observables::Compared> Observables::compared_by_request() const {
+  std::vector<Compared> requested;
+  for (const auto& [place, weight] : compared_) {
+    for (const std::string& name : all_[place]->requested_form()) {
+      const std::size_t other = *find(name);
+      const bool is_new = std::none_of(
+          requested.begin(), requested.end(), [&](const auto& one) { return one.place == other; });
+      if (is_new) requested.push_back({other, weight});
+    }
+  }
+  return requested;
+}
+
+std::vector<Channel> Observables::measure(const datasets::Recording& recording,
+                                          const Situation& situation,
+                                          const std::vector<Channel>* like) const {
+  std::vector<Channel> channels;
+  for (std::size_t i = 0; i < all_.size(); ++i)
+    channels.push_back(all_[i]->measure(recording, situation, like ? &(*like)[i] : nullptr));
+  return channels;
+}
+
+}  // namespace graintruth::calibrate

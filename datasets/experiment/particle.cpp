@@ -1,0 +1,153 @@
+#include "datasets/experiment/particle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "datasets/scene_particle.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+constexpr int plate_chords = 8;  // seven spheres
+
+EllipticalPlate read_plate(TomlSection section) {
+  const EllipticalPlate plate{section.quantity("semi_major", length_units, positive),
+                              section.quantity("semi_minor", length_units, positive),
+                              section.quantity("thickness", length_units, positive)};
+  if (plate.semi_minor > plate.semi_major) {
+    section.fail(section.has("semi_minor_mm") ? "semi_minor_mm" : "semi_minor_m",
+                 "must not exceed semi_major (both are half axes)");
+  }
+  section.finish();
+  return plate;
+}
+
+// Of a flat ellipse of this thickness, kg m2, about the axes along the long axis, across the
+// picture and upright to the long axis in the picture: I = m/4 (sum of squared half axes across),
+// and the thickness adds m t^2/12.
+Eigen::Vector3d inertia_of(const EllipticalPlate& plate, double mass) {
+  const double a = plate.semi_major * plate.semi_major;
+  const double b = plate.semi_minor * plate.semi_minor;
+  const double t = plate.thickness * plate.thickness / 3.0;
+  const double quarter = 0.25 * mass;
+  return {quarter * (b + t), quarter * (a + b), quarter * (a + t)};
+}
+
+// Seven spheres inscribed in its outline (thesis Appendix E), of a disc one of the same area, where
+// the spheres are not stated; the inertia of a plate, whatever spheres stand for it.
+void use_plate(const EllipticalPlate& plate, Particle& particle) {
+  SceneParticle& model = particle.model;
+  if (model.spheres.empty()) {
+    // Spheres along the axis of a disc would all but coincide
+    if (plate.shows_angle()) {
+      model.profile =
+          SceneProfile{.ellipse = {plate.semi_major, plate.semi_minor}, .chords = plate_chords};
+    } else {
+      model.spheres = {{Eigen::Vector3d::Zero(), std::sqrt(plate.semi_major * plate.semi_minor)}};
+    }
+  }
+  model.inertia = inertia_of(plate, particle.mass);
+  particle.plate = plate;
+  particle.diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor);
+  particle.seen_area = std::numbers::pi * plate.semi_major * plate.semi_minor;
+  particle.length = 2.0 * plate.semi_major;
+  particle.half_width = plate.semi_minor;
+  particle.thickness = plate.thickness;
+  particle.shows_angle = plate.shows_angle();
+}
+
+// Of circles in the picture, each counted whole where they overlap.
+double area_of(const std::vector<SceneSphere>& spheres) {
+  double area = 0.0;
+  for (const SceneSphere& sphere : spheres)
+    area += std::numbers::pi * sphere.radius * sphere.radius;
+  return area;
+}
+
+// From the origin to the farthest point, twice: shapes lie about their middle.
+double length_of(const SceneParticle& model) {
+  double reach = model.chain ? model.chain->aspect_ratio * model.chain->ball_radius : 0.0;
+  for (const SceneSphere& sphere : model.spheres)
+    reach = std::max(reach, sphere.centre.norm() + sphere.radius);
+  if (const auto& profile = model.profile) {
+    reach = std::max(reach, profile->ellipse[0]);
+    for (const auto& [x, y] : profile->points) reach = std::max(reach, std::hypot(x, y));
+  }
+  return 2.0 * reach;
+}
+
+void use_model(Particle& particle) {
+  const SceneParticle& model = particle.model;
+  const double radius = largest_radius(model);
+  particle.thickness = 2.0 * radius;
+  particle.length = length_of(model);
+  particle.half_width = radius;
+  for (const SceneSphere& sphere : model.spheres) {
+    if (sphere.centre.y() != 0.0 || sphere.centre.z() != 0.0) {
+      particle.spheres.clear();
+      break;
+    }
+    particle.spheres.push_back({sphere.centre.x(), sphere.radius});
+  }
+  particle.shows_angle = model.spheres.size() != 1;
+  particle.seen_area =
+      model.spheres.empty() ? std::numbers::pi * radius * radius : area_of(model.spheres);
+  if (model.profile && model.profile->points.empty())
+    particle.seen_area = std::numbers::pi * model.profile->ellipse[0] * model.profile->ellipse[1];
+  particle.diameter = 2.0 * std::sqrt(particle.seen_area / std::numbers::pi);
+}
+
+}  // namespace
+
+Particle read_particle(TomlSection section,
+                       const std::filesystem::path& folder,
+                       std::vector<std::filesystem::path>& inputs) {
+  Particle particle;
+  particle.count = section.whole_number("count", 1, 100000);
+  particle.mass = section.quantity("mass", mass_units, positive);
+  particle.model.name = "particle";
+  particle.model.count = particle.count;
+  auto plate = section.optional_section("plate");
+  const bool has_shape = section.has("spheres") || section.has("chain") || section.has("profile") ||
+                         section.has("sphere_file") || section.has("radius_mm") ||
+                         section.has("radius_cm") || section.has("radius_m");
+  if (has_shape) {
+    read_particle_shape(section, folder, inputs, particle.model);
+    use_model(particle);
+  } else if (!plate) {
+    section.fail("spheres",
+                 "is missing; write spheres = [{offset_mm = ..., radius_mm = ...}, ...]");
+  }
+  particle.model.mass = particle.mass;
+  if (plate) use_plate(read_plate(*std::move(plate)), particle);
+  if (auto size = section.optional_section("size")) particle.model.size = read_size_spread(*size);
+  section.finish();
+  return particle;
+}
+
+Particle particle_of(const SceneData& scene) {
+  Particle particle;
+  if (scene.particles.empty()) return particle;
+  particle.model = scene.particles.front();
+  particle.count = static_cast<int>(scene.places.size());
+  for (const SceneParticle& one : scene.particles) particle.count += one.count;
+  particle.mass = particle.model.mass.value_or(std::numeric_limits<double>::quiet_NaN());
+  use_model(particle);
+  return particle;
+}
+
+double largest_radius(const SceneParticle& model) {
+  double radius = 0.0;
+  for (const SceneSphere& sphere : model.spheres) radius = std::max(radius, sphere.radius);
+  if (model.chain) radius = std::max(radius, model.chain->ball_radius);
+  if (const auto& profile = model.profile) {
+    radius = std::max(radius, profile->ellipse[1]);
+    for (const auto& [x, y] : profile->points) radius = std::max(radius, y);
+  }
+  return radius;
+}
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,57 @@
+// The grain of an experiment: what is simulated for it, and what a camera sees of it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "datasets/scene_file.h"
+#include "datasets/toml_section.h"
+
+namespace graintruth::datasets {
+
+// One ball of the nominal particle, on its long axis.
+struct AxialSphere {
+  double offset = 0.0;  // m, centre along the long axis, from the particle's nominal centre of mass
+  double radius = 0.0;  // m
+};
+
+// A flat plate with an elliptical outline that stands upright in the picture plane: a button.
+struct EllipticalPlate {
+  double semi_major = 0.0;  // m
+  double semi_minor = 0.0;  // m
+  double thickness = 0.0;   // m, along y
+
+  // A disc looks the same however it turns: the outline of what is rounder than this tells no
+  // angle.
+  bool shows_angle() const { return semi_major > 1.05 * semi_minor; }
+};
+
+struct Particle {
+  int count = 0;        // how many lie in the rig
+  double mass = 0.0;    // kg, of one
+  SceneParticle model;  // what is simulated for one, its long axis along x
+  // In the picture plane
+  double diameter = 0.0;                 // m, of a disc of the area that is seen
+  double seen_area = 0.0;                // m2
+  double length = 0.0;                   // m, of the long axis
+  double half_width = 0.0;               // m, half of its extent across that
+  double thickness = 0.0;                // m, across the panes
+  bool shows_angle = true;               // how it is turned can be seen
+  std::vector<AxialSphere> spheres;      // where balls on the long axis make it up; else empty
+  std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
+};
+
+// [particle]. Shapes are those of scene files; spheres may also be given by their offset on the
+// long axis, and a plate by its half axes and thickness.
+Particle read_particle(TomlSection section,
+                       const std::filesystem::path& folder,
+                       std::vector<std::filesystem::path>& inputs);
+// That of a scene which brings its own; more than one kind of grain has the first one's looks. The
+// mass is that stated, else NaN.
+Particle particle_of(const SceneData& scene);
+
+// Of any sphere of the model, or half its width, m.
+double largest_radius(const SceneParticle& model);
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,112 @@
+#include "datasets/experiment/replicates.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+namespace graintruth::datasets {
+
+namespace {
+
+std::filesystem::path read_file(TomlSection& section,
+                                const char* key,
+                                const std::filesystem::path& folder) {
+  const auto name = section.optional_text(key);
+  if (!name) return {};
+  const std::filesystem::path path = folder / *name;
+  if (!std::filesystem::is_regular_file(path))
+    section.fail(key, fmt::format("names '{}', but there is no such file", path.string()));
+  return path;
+}
+
+// The files that a replicate names, and the key of the one that names it.
+const char* read_files(TomlSection& section,
+                       const std::filesystem::path& folder,
+                       Replicate& replicate) {
+  replicate.video = read_file(section, "video", folder);
+  replicate.tracks = read_file(section, "tracks", folder);
+  replicate.discharge = read_file(section, "discharge", folder);
+  replicate.curves = read_file(section, "curves", folder);
+  if (!replicate.video.empty() && !replicate.tracks.empty())
+    section.fail("tracks",
+                 "is given beside 'video': grains are tracked once, in a film or elsewhere");
+  if (replicate.file().empty())
+    section.fail("video", "is needed, or 'tracks', 'discharge' or 'curves'");
+  replicate.corrections = read_file(section, "corrections", folder);
+  return !replicate.video.empty()       ? "video"
+         : !replicate.tracks.empty()    ? "tracks"
+         : !replicate.discharge.empty() ? "discharge"
+                                        : "curves";
+}
+
+// What only concerns files of others: their clock, their pixels, their axes.
+void read_source(TomlSection& section, Replicate& replicate) {
+  TrackSource& source = replicate.source;
+  const auto only_for = [&](bool fits, std::string_view key, std::string_view files) {
+    if (!fits) section.fail(key, fmt::format("is only known of {}", files));
+  };
+  source.frame_rate = replicate.frame_rate;
+  if (const auto event = section.optional_quantity("event", time_units)) {
+    only_for(replicate.video.empty(),
+             section.has("event_s") ? "event_s" : "event_ms",
+             "tracks and discharge curves; on films the event is found");
+    source.event_time = *event;
+  }
+  source.scale = section.optional_quantity("scale", scale_units, positive);
+  const bool tracks = !replicate.tracks.empty();
+  if (source.scale) only_for(tracks, "scale_px_per_mm", "tracks");
+  const auto pair = [&](const std::optional<std::vector<double>>& numbers)
+      -> std::optional<std::array<double, 2>> {
+    if (!numbers) return std::nullopt;
+    only_for(tracks, "origin_px", "tracks");
+    return std::array{(*numbers)[0], (*numbers)[1]};
+  };
+  source.origin_px = pair(section.optional_numbers("origin", 2, pixel_units));
+  source.origin = pair(section.optional_numbers("origin", 2, length_units));
+  if (source.origin_px && source.origin) section.fail("origin_px", "gives 'origin' a second time");
+  if (const auto direction = section.optional_text("y_axis")) {
+    only_for(tracks, "y_axis", "tracks");
+    if (*direction != "down" && *direction != "up")
+      section.fail("y_axis", "must be \"down\" (as in pictures) or \"up\"");
+    source.y_is_up = *direction == "up";
+  }
+}
+
+}  // namespace
+
+std::vector<Replicate> read_replicates(TomlSection& root,
+                                       const std::filesystem::path& folder,
+                                       const ReadReplicateRig& read_own_rig) {
+  std::vector<Replicate> replicates;
+  std::set<std::string> names;
+  for (TomlSection& section : root.sections("replicate")) {
+    Replicate replicate;
+    const char* key = read_files(section, folder, replicate);
+    replicate.name = section.optional_text("name").value_or(replicate.file().stem().string());
+    if (replicate.name.empty() || replicate.name.find('/') != std::string::npos) {
+      section.fail("name", "must be a plain file name");
+    }
+    if (!names.insert(replicate.name).second) {
+      section.fail(section.has("name") ? "name" : key,
+                   fmt::format("makes a second replicate called '{}'", replicate.name));
+    }
+    replicate.frame_rate = section.optional_quantity("frame_rate", rate_units, positive);
+    read_source(section, replicate);
+    replicate.rig = read_own_rig(section);
+    if (!replicate.discharge.empty() && !replicate.rig.opening && !replicate.rig.scene.exit_height)
+      section.fail("discharge", "needs a rig out of which grains run");
+    replicate.held_out = section.optional_flag("held_out");
+    section.finish();
+    replicates.push_back(std::move(replicate));
+  }
+  if (replicates.size() < 2) {
+    root.fail(
+        "replicate",
+        fmt::format("is given {} time(s), but at least 2 replicates are needed: the spread between "
+                    "them is what the model is compared with",
+                    replicates.size()));
+  }
+  return replicates;
+}
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,18 @@
+// [[replicate]] of an experiment file. For the .cpp files of datasets alone.
+#pragma once
+
+#include <functional>
+
+#include "datasets/experiment.h"
+#include "datasets/toml_section.h"
+
+namespace graintruth::datasets {
+
+// Reads the rig of one replicate, which may set some of its keys.
+using ReadReplicateRig = std::function<Rig(TomlSection& replicate)>;
+
+std::vector<Replicate> read_replicates(TomlSection& root,
+                                       const std::filesystem::path& folder,
+                                       const ReadReplicateRig& read_own_rig);
+
+}  // namespace graintruth::datasets

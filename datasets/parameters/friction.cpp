@@ -1,0 +1,75 @@
+// Coulomb friction of surfaces that slide on each other.
+#include "datasets/parameters/apply.h"
+#include "datasets/parameters/kinds.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+constexpr Range range{0.0, 5.0, true, "a friction from 0 to 5"};
+constexpr std::string_view tilting =
+    "static friction, measured by tilting, is often well above that of particles in motion (the "
+    "thesis tilted 0.36 and matched its films at 0.1)";
+
+}  // namespace
+
+extern constinit const ParameterKind friction_particle_particle{
+    .name = "friction_particle_particle",
+    .unit = "-",
+    .units = plain,
+    .range = range,
+    .usual_upper = 0.7,
+    .meaning = "the sliding friction between particles",
+    .is_always_stated = true,
+    .bench_test = "a sliding test of particles on each other",
+    .bench_differs = tilting,
+    .apply =
+        [](double value, std::string_view, SceneData& scene) {
+          for_particle_particle(scene, [&](SceneSurfaces& surfaces) { surfaces.friction = value; });
+        },
+    .value_in =
+        [](std::string_view, const SceneData& scene) {
+          return between_particles(scene, &SceneSurfaces::friction);
+        }};
+
+extern constinit const ParameterKind friction_particle_wall{
+    .name = "friction_particle_wall",
+    .unit = "-",
+    .units = plain,
+    .range = range,
+    .usual_upper = 0.7,
+    .meaning = "the sliding friction between a particle and the walls",
+    .is_always_stated = true,
+    .bench_test = "a sliding test of the particle on the wall",
+    .bench_differs = tilting,
+    .apply =
+        [](double value, std::string_view, SceneData& scene) {
+          for_particle_wall(scene, [&](SceneSurfaces& surfaces) { surfaces.friction = value; });
+        },
+    .value_in =
+        [](std::string_view, const SceneData& scene) {
+          return between_particle_and_wall(scene, &SceneSurfaces::friction);
+        }};
+
+// Of one wall, by its name in the rig.
+extern constinit const ParameterKind friction_particle_surface{
+    .name = "friction_particle_",
+    .is_of_a_wall = true,
+    .unit = "-",
+    .units = plain,
+    .range = range,
+    .usual_upper = 0.7,
+    .meaning = "the sliding friction between a particle and this wall",
+    .same_as = "friction_particle_wall",
+    .bench_test = "a sliding test of the particle on this wall",
+    .bench_differs = tilting,
+    .apply =
+        [](double value, std::string_view wall, SceneData& scene) {
+          for_particle_on(wall, scene, [&](SceneSurfaces& surfaces) { surfaces.friction = value; });
+        },
+    .value_in =
+        [](std::string_view wall, const SceneData& scene) {
+          return on_wall(wall, scene, &SceneSurfaces::friction);
+        }};
+
+}  // namespace graintruth::datasets

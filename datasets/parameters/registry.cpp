@@ -1,0 +1,57 @@
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "datasets/parameters/kinds.h"
+#include "datasets/parameters/parameter.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+constexpr std::array all = {
+    &friction_particle_particle,
+    &friction_particle_wall,
+    &restitution,
+    &friction_particle_surface,
+};
+
+std::size_t place_of(const ParameterKind* kind) {
+  return static_cast<std::size_t>(std::find(all.begin(), all.end(), kind) - all.begin());
+}
+
+}  // namespace
+
+std::span<const ParameterKind* const> parameter_kinds() { return all; }
+
+std::optional<Parameter> find_parameter(std::string_view name) {
+  for (const ParameterKind* kind : all) {
+    if (!kind->is_of_a_wall && kind->name == name) return Parameter{kind, std::string(name), ""};
+  }
+  for (const ParameterKind* kind : all) {
+    if (kind->is_of_a_wall && name.starts_with(kind->name) && name.size() > kind->name.size())
+      return Parameter{kind, std::string(name), std::string(name.substr(kind->name.size()))};
+  }
+  return std::nullopt;
+}
+
+Parameter parameter_named(std::string_view name) {
+  if (auto parameter = find_parameter(name)) return *std::move(parameter);
+  throw std::logic_error("no such parameter: " + std::string(name));
+}
+
+bool comes_before(std::string_view first, std::string_view second) {
+  const std::size_t a = place_of(parameter_named(first).kind);
+  const std::size_t b = place_of(parameter_named(second).kind);
+  return a != b ? a < b : first < second;
+}
+
+std::vector<std::string> plain_parameter_names() {
+  std::vector<std::string> names;
+  for (const ParameterKind* kind : all) {
+    if (!kind->is_of_a_wall) names.emplace_back(kind->name);
+  }
+  return names;
+}
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+#include "datasets/rigs/kinds.h"
+#include "datasets/rigs/rig_kind.h"
+
+namespace graintruth::datasets {
+
+namespace {
+
+constexpr std::array all = {
+    &hopper_column_piston,
+    &flat_bin_orifice,
+    &walls_one_by_one,
+    &scene_of_a_file,
+};
+
+}  // namespace
+
+std::span<const RigKind* const> rig_kinds() { return all; }
+
+const RigKind& rig_kind_named(TomlSection& rig) {
+  const std::string name = rig.text("kind");
+  std::vector<std::string_view> names;
+  for (const RigKind* kind : all) {
+    if (kind->name == name) return *kind;
+    names.push_back(kind->name);
+  }
+  rig.fail("kind",
+           fmt::format("is '{}', but must be '{}' or '{}'",
+                       name,
+                       fmt::join(names.begin(), names.end() - 1, "', '"),
+                       names.back()));
+}
+
+bool RigSection::states(TomlSection& section, std::string_view stem, Units units) const {
+  bool states = false;
+  for (const Unit& unit : units) states |= section.has(fmt::format("{}_{}", stem, unit.suffix));
+  return states;
+}
+
+std::optional<double> RigSection::setting(std::string_view stem,
+                                          Units units,
+                                          const Range& range,
+                                          Rig& rig) {
+  std::optional<double> value;
+  if (replicate_ && states(*replicate_, stem, units)) {
+    value = replicate_->quantity(stem, units, range);
+  } else {
+    value = rig_.optional_quantity(stem, units, range);
+    if (!value && replicate_) {
+      replicate_->fail(fmt::format("{}_{}", stem, units.back().suffix),
+                       "is missing; give it here or once in [rig]");
+    }
+  }
+  if (value) rig.settings.push_back({std::string(stem), *value, units.front().suffix});
+  return value;
+}
+
+void RigSection::fail(std::string_view stem, Units units, std::string_view complaint) {
+  TomlSection& section = replicate_ && states(*replicate_, stem, units) ? *replicate_ : rig_;
+  for (const Unit& unit : units) {
+    const std::string key = fmt::format("{}_{}", stem, unit.suffix);
+    if (section.has(key)) section.fail(key, complaint);
+  }
+  section.fail(fmt::format("{}_{}", stem, units.front().suffix), complaint);
+}
+
+Rig read_rig(TomlSection section, TomlSection* replicate, const RigContext& context) {
+  const RigKind& kind = rig_kind_named(section);
+  Rig rig{.kind = std::string(kind.name), .brings_grains = kind.brings_grains};
+  if (kind.brings_grains) {
+    rig.front_back_gap =
+        section.optional_quantity("front_back_gap", length_units, positive).value_or(0.0);
+  } else {
+    rig.front_back_gap = section.quantity("front_back_gap", length_units, positive);
+    rig.gravity = section.optional_quantity("gravity", acceleration_units, positive).value_or(9.81);
+    rig.scene.gravity = {0.0, 0.0, -rig.gravity};
+    rig.scene.is_planar = true;
+  }
+  RigSection both(section, replicate);
+  kind.read(both, context, rig);
+  section.finish();
+  return rig;
+}
+
+// Lengths in mm, speeds in mm/s, everything else in SI.
+std::string words_on(const std::vector<RigSetting>& settings) {
+  std::string words;
+  for (const auto& [name, value, unit] : settings) {
+    std::string title = name;
+    std::replace(title.begin(), title.end(), '_', ' ');
+    if (!words.empty()) words += ", ";
+    if (unit == "m" || unit == "m_per_s") {
+      words += fmt::format("{} {:.4g} {}", title, 1e3 * value, unit == "m" ? "mm" : "mm/s");
+    } else {
+      words += fmt::format("{} {:.4g} {}", title, value, unit);
+    }
+  }
+  return words;
+}
+
+}  // namespace graintruth::datasets

@@ -1,0 +1,83 @@
+// What stands around the grains, as data: walls with their motions, how a run begins and where
+// grains leave. x right, z up, y out of the picture; the origin is the laboratory's own.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "datasets/scene_file.h"
+
+namespace graintruth::datasets {
+
+// A rigid wall seen edge-on: a segment extruded along y. Both faces are solid.
+struct Wall {
+  std::string name;
+  double from_x = 0.0, from_z = 0.0;  // m
+  double to_x = 0.0, to_z = 0.0;      // m
+};
+
+// A horizontal face that stands still until the start event and then moves at a constant speed.
+struct MovingFace {
+  double face_z = 0.0;      // m, before the event
+  double left_x = 0.0;      // m
+  double right_x = 0.0;     // m
+  double velocity_z = 0.0;  // m/s, negative downwards
+};
+
+// An upright box that holds the bed, seen from the front. Its floor is at z = 0.
+struct BedBox {
+  double left_x = 0.0, right_x = 0.0;  // m, of the side walls
+  double height = 0.0;                 // m, of the side walls above the floor
+
+  double width() const { return right_x - left_x; }
+};
+
+// Where grains leave: downwards, between two edges at one height.
+struct Opening {
+  double left_x = 0.0, right_x = 0.0;  // m
+  double z = 0.0;                      // m
+
+  double width() const { return right_x - left_x; }
+};
+
+// From where a simulation begins.
+enum class BeginsFrom {
+  mean_of_replicates,  // the same start, placed anew every time: their mean, and their spread
+  each_replicate,      // a bed of its own in every replicate
+  filling              // as the scene fills itself
+};
+
+// What replicates may set otherwise than their rig, in SI: an orifice, a speed. Replicates with the
+// same settings belong to one condition.
+struct RigSetting {
+  std::string name;  // the key without its unit
+  double value = 0.0;
+  std::string_view unit;  // SI
+
+  friend bool operator==(const RigSetting&, const RigSetting&) = default;
+};
+
+struct Rig {
+  std::string kind;  // of [rig], for sentences; nobody asks what it is
+  SceneData scene;   // walls with their motions, filling and phases; grains as `brings_grains` says
+  bool brings_grains = false;  // the scene has particles, materials and surfaces of its own
+  BeginsFrom begins_from = BeginsFrom::filling;
+  double gravity = 9.81;          // m/s2, along -z
+  double softened_overlap = 0.0;  // of a grain's diameter, in the hardest impact; 0: never softened
+  std::vector<RigSetting> settings;
+  std::vector<std::string> observables;  // what is compared where [measure] names nothing
+
+  // As the camera sees it
+  std::vector<Wall> walls;
+  std::optional<MovingFace> moving_face;
+  std::optional<BedBox> bed;
+  std::optional<Opening> opening;
+  double front_back_gap = 0.0;  // m, clear distance of the panes; 0: not one layer
+};
+
+// "orifice 65 mm", or empty where nothing is set.
+std::string words_on(const std::vector<RigSetting>& settings);
+
+}  // namespace graintruth::datasets
