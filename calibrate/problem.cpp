@@ -505,11 +505,13 @@ double Problem::largest_time_step_fraction() const {
   return largest;
 }
 
-Problem plan_problem(const Experiment& experiment, std::span<const Recording> recordings) {
+Problem plan_problem(const Experiment& experiment,
+                     std::span<const Recording> recordings,
+                     const Engine& engine) {
   require_comparable(experiment);
   Problem problem{.experiment = experiment,
                   .observables = std::make_shared<Observables>(experiment),
-                  .engine = &engine_named("embedded")};
+                  .engine = &engine};
   problem.conditions = conditions_of(experiment);
   choose_held_out(experiment, problem.conditions);
   make_scenes(recordings, problem);
@@ -521,10 +523,12 @@ Problem plan_problem(const Experiment& experiment, std::span<const Recording> re
   return problem;
 }
 
-Problem make_problem(const Experiment& experiment, std::span<const Recording> recordings) {
+Problem make_problem(const Experiment& experiment,
+                     std::span<const Recording> recordings,
+                     const Engine& engine) {
   check_fit(experiment, recordings);
   // 1. What is simulated
-  Problem problem = plan_problem(experiment, recordings);
+  Problem problem = plan_problem(experiment, recordings, engine);
   say_what_is_prepared(recordings, problem);
   // 2. Every replicate measured
   for (std::size_t i = 0; i < recordings.size(); ++i) {

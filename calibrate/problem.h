@@ -70,12 +70,14 @@ struct Problem {
 // arches (thesis 4.3.3), as long as two wider ones remain. Throws datasets::InputError where the
 // recordings do not fit the experiment or each other, or do not tell what is to be compared.
 Problem make_problem(const datasets::Experiment& experiment,
-                     std::span<const datasets::Recording> recordings);
+                     std::span<const datasets::Recording> recordings,
+                     const Engine& engine = engine_named("embedded"));
 
 // Conditions and scenes alone, of recordings that need not tell what is compared: films that have
 // not been tracked, of which only starts and lengths are known.
 Problem plan_problem(const datasets::Experiment& experiment,
-                     std::span<const datasets::Recording> recordings);
+                     std::span<const datasets::Recording> recordings,
+                     const Engine& engine = engine_named("embedded"));
 
 // The mass of a grain that a scene states by its density, which takes its shape. Throws
 // datasets::InputError for a scene that cannot be built.

@@ -1,5 +1,7 @@
 #include "calibrate/engines/simulation_spec.h"
 
+#include <map>
+
 #include "datasets/parameters/parameter_archive.h"
 #include "datasets/scene_archive.h"
 #include "datasets/store/fingerprint.h"
@@ -41,14 +43,26 @@ std::string fingerprint_of(const SimulationSpec& spec) {
 
 SpecParts parts_of(const SimulationSpec& spec) {
   const datasets::Json json = datasets::to_json(spec);
-  const auto of = [](const datasets::Json& part) { return datasets::content_hash(part.dump()); };
-  const datasets::Json& scene = json["scene"];
-  return {{"the program's numbers", of({json["engine"], json["engine_version"]})},
-          {"particle", of(scene["particles"])},
-          {"material", of({scene["materials"], scene["law"]})},
-          {"rig", of({scene["walls"], scene["gravity_m_per_s2"], scene["fill"], scene["places"]})},
-          {"phases", of(scene["phases"])},
-          {"starting poses", of(json["start"])}};
+  // 1. By what a person would call them; what has no name of its own belongs to the rig
+  const std::map<std::string, std::string> names = {{"particles", "particle"},
+                                                    {"materials", "material"},
+                                                    {"surfaces", "material"},
+                                                    {"law", "material"},
+                                                    {"phases", "phases"},
+                                                    {"event_phase", "phases"}};
+  std::map<std::string, datasets::Json> parts;
+  for (const auto& [key, value] : json["scene"].items()) {
+    const auto name = names.find(key);
+    parts[name == names.end() ? "rig" : name->second][key] = value;
+  }
+  parts["the program's numbers"] = {json["engine"], json["engine_version"]};
+  parts["starting poses"] = json["start"];
+  parts["what is recorded"] = json["record"];
+  // 2. Hashes
+  SpecParts hashes;
+  for (const auto& [name, part] : parts)
+    hashes.emplace_back(name, datasets::content_hash(part.dump()));
+  return hashes;
 }
 
 }  // namespace graintruth::calibrate

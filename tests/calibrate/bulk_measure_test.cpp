@@ -127,7 +127,7 @@ TEST(SteadyRate, OfADischargeCurveIsThatOfItsParticles) {
       const auto left = std::upper_bound(exits.begin(), exits.end(), time) - exits.begin();
       curve.mass.push_back(static_cast<double>(left) * rig.particle_mass);
     }
-    const BinMeasurement weighed = measure_bin(curve, 200, rig);
+    const BulkMeasurement weighed = measure_bulk(curve, 200, rig);
     EXPECT_FALSE(weighed.of_tracks);
     EXPECT_EQ(weighed.discharge.times.size(), 200U);
     const auto steady = steady_rate(weighed.discharge, rig);

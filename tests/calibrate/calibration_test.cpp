@@ -8,20 +8,11 @@
 #include <cmath>
 
 #include "tests/calibrate/toy_experiment.h"
-#include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {
 namespace {
 
-using tests::TemporaryFolder;
-
-CalibrationResult calibrated(const Simulator& simulator,
-                             const Problem& problem,
-                             const CalibrationOptions& options) {
-  Journal journal(":memory:");
-  Ensemble ensemble({Scene{problem.hash, simulator}}, journal, problem.comparison, options.jobs);
-  return calibrate(problem, ensemble, options);
-}
+using toy::calibrated;
 
 CalibrationOptions quick(std::uint64_t seed) {
   return {
@@ -29,9 +20,9 @@ CalibrationOptions quick(std::uint64_t seed) {
 }
 
 TEST(Calibrate, RecoversAKnownTruthAndSaysWhatItCannotSee) {
-  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const toy::Truth truth{.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001};
   const Problem problem = toy::problem(truth, 5, 11);
-  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+  const CalibrationResult result = calibrated(toy::engine(truth.noise), problem, quick(1));
   ASSERT_EQ(result.calibrated.size(), 3U);
   for (const CalibratedParameter& parameter : result.calibrated) {
     if (parameter.name == "restitution") {
@@ -40,7 +31,7 @@ TEST(Calibrate, RecoversAKnownTruthAndSaysWhatItCannotSee) {
       EXPECT_EQ(parameter.value, parameter.bench);
       continue;
     }
-    const double expected = value_of(truth.parameters, parameter.name);
+    const double expected = truth.parameters.of(parameter.name);
     EXPECT_EQ(parameter.status, ParameterStatus::tuned) << parameter.name;
     ASSERT_TRUE(parameter.interval.has_value());
     EXPECT_NEAR(parameter.value, expected, 0.05) << parameter.name;
@@ -49,7 +40,7 @@ TEST(Calibrate, RecoversAKnownTruthAndSaysWhatItCannotSee) {
   }
   // The toy's replicates differ by offsets that last for the whole run, so the score is far from
   // 750 independent tests; the ceiling still is its mean over such experiments.
-  EXPECT_GT(result.score.student.percent, 60.0);
+  EXPECT_GT(problem.all->percent_inside(result.experiments[0].confirmed.runs.runs), 60.0);
   ASSERT_TRUE(result.self_test.has_value());
   EXPECT_EQ(result.self_test->found, result.self_test->truths);
   EXPECT_EQ(result.failed, 0);
@@ -60,13 +51,13 @@ TEST(Calibrate, RecoversAKnownTruthAndSaysWhatItCannotSee) {
 // thousand (binomial); a thousand repeats are counted by bench_calibration_coverage.
 TEST(Calibrate, IntervalsHoldTheTruthAboutAsOftenAsTheySay) {
   constexpr int experiments = 8, asked = 2 * experiments, least = 13;
-  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const toy::Truth truth{.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001};
   std::atomic<int> held = 0;
   parallel_for(experiments, 2, [&](int i) {
     const Problem problem = toy::problem(truth, 5, 11 + static_cast<std::uint64_t>(i));
-    const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+    const CalibrationResult result = calibrated(toy::engine(truth.noise), problem, quick(1));
     for (const CalibratedParameter& parameter : result.calibrated) {
-      const double expected = value_of(truth.parameters, parameter.name);
+      const double expected = truth.parameters.of(parameter.name);
       if (parameter.interval && parameter.interval->lower <= expected &&
           expected <= parameter.interval->upper)
         ++held;
@@ -81,7 +72,7 @@ TEST(Calibrate, TellsBeforeTheSearchWhereChanceHidesTheParameters) {
   CalibrationOptions options = quick(1);
   std::vector<std::string> notices;
   options.notice = [&](const std::string& notice) { notices.push_back(notice); };
-  const CalibrationResult result = calibrated(toy::simulator(noise), problem, options);
+  const CalibrationResult result = calibrated(toy::engine(noise), problem, options);
   ASSERT_TRUE(result.self_test.has_value());
   EXPECT_LT(2 * result.self_test->found, result.self_test->truths);
   ASSERT_FALSE(notices.empty());
@@ -95,13 +86,13 @@ TEST(Calibrate, ItsIntervalsHoldTheTruthAboutAsOftenAsTheySay) {
   for (int twin = 0; twin < twins; ++twin) {
     const auto seed = static_cast<std::uint64_t>(twin);
     const double share = (twin + 0.5) / twins;
-    const toy::Truth truth{.parameters = {0.05 + 0.5 * share, 0.6 - 0.5 * share, 0.7},
-                           .noise = 0.001};
+    const toy::Truth truth{
+        .parameters = toy::parameters(0.05 + 0.5 * share, 0.6 - 0.5 * share, 0.7), .noise = 0.001};
     const CalibrationResult result =
-        calibrated(toy::simulator(truth.noise), toy::problem(truth, 5, 100 + seed), quick(seed));
+        calibrated(toy::engine(truth.noise), toy::problem(truth, 5, 100 + seed), quick(seed));
     for (const CalibratedParameter& parameter : result.calibrated) {
       if (!parameter.interval) continue;
-      const double expected = value_of(truth.parameters, parameter.name);
+      const double expected = truth.parameters.of(parameter.name);
       ++asked;
       held += parameter.interval->lower <= expected && expected <= parameter.interval->upper;
     }
@@ -114,60 +105,65 @@ TEST(Calibrate, ItsIntervalsHoldTheTruthAboutAsOftenAsTheySay) {
 TEST(Calibrate, IsTheSameForAnyNumberOfThreadsAndOnResuming) {
   const Problem problem = toy::problem({}, 5, 3);
   CalibrationOptions options = quick(5);
-  const CalibrationResult two = calibrated(toy::simulator(0.002), problem, options);
+  const CalibrationResult two = calibrated(toy::engine(0.002), problem, options);
   options.jobs = 1;
   // Interrupted after 100 simulations, then run again on the same journal.
-  const TemporaryFolder folder;
-  Journal journal(folder / "j.db");
-  int left = 100;
-  const Simulator interrupted = [&left](const SimulationRequest& request) {
-    if (left-- == 0) throw Interrupted();
-    return toy::simulator(0.002)(request);
+  Problem own = problem;
+  Journal journal(":memory:");
+  const auto executor = make_executor("threads", 1);
+  const auto run = [&](const Engine& engine) {
+    own.engine = &engine;
+    const std::array experiments = {CalibratedExperiment{"toy", &own}};
+    return calibrate(own.experiment, experiments, journal, *executor, {}, options);
   };
-  Ensemble first({Scene{problem.hash, interrupted}}, journal, problem.comparison, 1);
-  EXPECT_THROW(calibrate(problem, first, options), Interrupted);
-  Ensemble second({Scene{problem.hash, toy::simulator(0.002)}}, journal, problem.comparison, 1);
-  const CalibrationResult resumed = calibrate(problem, second, options);
-  EXPECT_EQ(resumed.parameters.friction_particle_particle,
-            two.parameters.friction_particle_particle);
-  EXPECT_EQ(resumed.parameters.friction_particle_wall, two.parameters.friction_particle_wall);
-  EXPECT_EQ(resumed.score.evaluation.objective, two.score.evaluation.objective);
+  int left = 100;
+  const toy::ClosedEngine interrupted([&left](const SimulationSpec& spec) {
+    if (left-- == 0) throw Interrupted();
+    return toy::engine(0.002).run(spec, {});
+  });
+  EXPECT_THROW(run(interrupted), Interrupted);
+  const CalibrationResult resumed = run(toy::engine(0.002));
+  EXPECT_EQ(resumed.parameters.of("friction_particle_particle"),
+            two.parameters.of("friction_particle_particle"));
+  EXPECT_EQ(resumed.parameters.of("friction_particle_wall"),
+            two.parameters.of("friction_particle_wall"));
+  EXPECT_EQ(resumed.objective, two.objective);
   EXPECT_EQ(resumed.calibrated[0].interval->lower, two.calibrated[0].interval->lower);
-  EXPECT_EQ(static_cast<int>(journal.rows().size()), 100 + second.simulated());
+  EXPECT_EQ(static_cast<int>(journal.rows().size()), 100 + resumed.simulated);
 }
 
 TEST(Calibrate, LivesThroughFailuresAndCountsThem) {
   const Problem problem = toy::problem({}, 5, 3);
-  const Simulator sometimes_fails = [](const SimulationRequest& request) {
-    SimulatedRun run = toy::simulator(0.002)(request);
-    if (request.parameters.friction_particle_particle > 0.5) {
+  const toy::ClosedEngine sometimes_fails([](const SimulationSpec& spec) {
+    EngineRun run = toy::engine(0.002).run(spec, {});
+    if (spec.parameters.of("friction_particle_particle") > 0.5) {
       run.status = RunStatus::unstable;
       run.message = "a particle moved too far";
     }
     return run;
-  };
+  });
   const CalibrationResult result = calibrated(sometimes_fails, problem, quick(2));
   EXPECT_GT(result.failed, 0);
-  EXPECT_NEAR(result.parameters.friction_particle_particle, 0.2, 0.08);
+  EXPECT_NEAR(result.parameters.of("friction_particle_particle"), 0.2, 0.08);
 }
 
 // One run in five ends badly whatever its parameters, in every way that runs can.
 TEST(Calibrate, ConvergesThroughInjectedFailuresOfEveryClass) {
-  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const toy::Truth truth{.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001};
   const Problem problem = toy::problem(truth, 5, 11);
   for (const RunStatus status : {RunStatus::unstable, RunStatus::timed_out}) {
-    const Simulator injected = [&](const SimulationRequest& request) {
-      SimulatedRun run = toy::simulator(truth.noise)(request);
-      const double mixed = 1e4 * request.parameters.friction_particle_particle +
-                           1e-9 * static_cast<double>(request.seed);
+    const toy::ClosedEngine injected([&](const SimulationSpec& spec) {
+      EngineRun run = toy::engine(truth.noise).run(spec, {});
+      const double mixed = 1e4 * spec.parameters.of("friction_particle_particle") +
+                           1e-9 * static_cast<double>(spec.seed);
       if (std::fmod(mixed, 1.0) < 0.2) run.status = status;
       return run;
-    };
+    });
     const CalibrationResult result = calibrated(injected, problem, quick(1));
     EXPECT_GT(result.failed, result.simulations / 10);
     for (const CalibratedParameter& parameter : result.calibrated) {
       if (parameter.name == "restitution") continue;
-      EXPECT_NEAR(parameter.value, value_of(truth.parameters, parameter.name), 0.05)
+      EXPECT_NEAR(parameter.value, truth.parameters.of(parameter.name), 0.05)
           << parameter.name << ", " << name_of(status);
     }
   }
@@ -175,28 +171,30 @@ TEST(Calibrate, ConvergesThroughInjectedFailuresOfEveryClass) {
 
 TEST(Calibrate, RunsUnstableOnesAgainAtHalfTheStep) {
   const Problem problem = toy::problem({}, 5, 3);
-  const Simulator unstable_at_large_steps = [](const SimulationRequest& request) {
-    SimulatedRun run = toy::simulator(0.002)(request);
-    if (request.parameters.friction_particle_particle > 0.3 && request.time_step_fraction > 0.03)
+  const toy::ClosedEngine unstable_at_large_steps([](const SimulationSpec& spec) {
+    EngineRun run = toy::engine(0.002).run(spec, {});
+    if (spec.parameters.of("friction_particle_particle") > 0.3 && spec.time_step_fraction > 0.03)
       run.status = RunStatus::unstable;
     return run;
-  };
+  });
   const CalibrationResult result = calibrated(unstable_at_large_steps, problem, quick(2));
   EXPECT_EQ(result.failed, 0);
   EXPECT_GT(result.retried, 0);
-  EXPECT_NEAR(result.parameters.friction_particle_particle, 0.2, 0.08);
+  EXPECT_NEAR(result.parameters.of("friction_particle_particle"), 0.2, 0.08);
 }
 
 // z depends on the sum of the two frictions only: any pair on that line fits.
 TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
-  const auto of_the_sum = [](const SimulationRequest& request) {
-    SimulationRequest alike = request;
-    alike.parameters.friction_particle_particle = 0.0;
-    alike.parameters.friction_particle_wall =
-        request.parameters.friction_particle_particle + request.parameters.friction_particle_wall;
-    return toy::simulator(0.001)(alike);
-  };
-  const Problem problem = toy::problem({.parameters = {0.0, 0.6, 0.7}, .noise = 0.001}, 5, 11);
+  const toy::ClosedEngine of_the_sum([](const SimulationSpec& spec) {
+    SimulationSpec alike = spec;
+    alike.parameters.set("friction_particle_particle", 0.0);
+    alike.parameters.set("friction_particle_wall",
+                         spec.parameters.of("friction_particle_particle") +
+                             spec.parameters.of("friction_particle_wall"));
+    return toy::engine(0.001).run(alike, {});
+  });
+  const Problem problem =
+      toy::problem({.parameters = toy::parameters(0.0, 0.6, 0.7), .noise = 0.001}, 5, 11);
   CalibrationOptions options = quick(1);
   options.budget = CalibrationOptions{}.budget;
   const CalibrationResult result = calibrated(of_the_sum, problem, options);
@@ -211,8 +209,9 @@ TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
       });
   EXPECT_TRUE(is_said);
   // The toy itself tells them apart
-  const Problem separate = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
-  EXPECT_TRUE(calibrated(toy::simulator(0.001), separate, quick(1)).trade_offs.empty());
+  const Problem separate =
+      toy::problem({.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001}, 5, 11);
+  EXPECT_TRUE(calibrated(toy::engine(0.001), separate, quick(1)).trade_offs.empty());
 }
 
 TEST(Identifiability, TwoWideIntervalsAreSaidToBeHardlySeparated) {
@@ -242,13 +241,14 @@ TEST(Identifiability, TwoWideIntervalsAreSaidToBeHardlySeparated) {
 // A model whose fit is best at the largest step: the gate is not moved by it, a joint search is,
 // and says so.
 TEST(Calibrate, ChoosesTheTimeStepByItsErrorUnlessAskedToSearchIt) {
-  const Simulator better_when_coarse = [](const SimulationRequest& request) {
-    SimulatedRun run = toy::simulator(0.001)(request);
-    for (datasets::Pose& pose : run.trajectories.poses)
-      pose.x += 0.5 * (0.05 - request.time_step_fraction);
+  const toy::ClosedEngine better_when_coarse([](const SimulationSpec& spec) {
+    EngineRun run = toy::engine(0.001).run(spec, {});
+    for (datasets::Pose& pose : run.recording.tracks->poses)
+      pose.x += 0.5 * (0.05 - spec.time_step_fraction);
     return run;
-  };
-  Problem problem = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
+  });
+  Problem problem =
+      toy::problem({.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001}, 5, 11);
   const CalibrationResult gated = calibrated(better_when_coarse, problem, quick(1));
   EXPECT_LT(gated.time_step.fraction, 0.05);
   EXPECT_FALSE(gated.time_step.joint);
@@ -264,15 +264,13 @@ TEST(Calibrate, ChoosesTheTimeStepByItsErrorUnlessAskedToSearchIt) {
 }
 
 TEST(Calibrate, SearchesByTheAgreementItselfWhereAsked) {
-  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
-  const Problem usual = toy::problem(truth, 5, 11);
-  datasets::Experiment experiment = usual.experiment;
+  const toy::Truth truth{.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001};
+  datasets::Experiment experiment = toy::experiment(5);
   experiment.objective = datasets::ObjectiveForm::requested;
-  const Problem problem = make_problem(experiment, usual.comparison->replicates());
-  EXPECT_NE(problem.hash, usual.hash);
-  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+  const Problem problem = make_problem(experiment, toy::recordings(truth, 5, 11));
+  const CalibrationResult result = calibrated(toy::engine(truth.noise), problem, quick(1));
   EXPECT_EQ(result.objective_form, datasets::ObjectiveForm::requested);
-  EXPECT_NEAR(result.parameters.friction_particle_particle, 0.22, 0.05);
+  EXPECT_NEAR(result.parameters.of("friction_particle_particle"), 0.22, 0.05);
   // Both forms are compared on the evaluations of the one search.
   ASSERT_EQ(result.by_objective.size(), 2U);
   const BestByObjective &smooth = result.by_objective[0], &requested = result.by_objective[1];
@@ -282,60 +280,62 @@ TEST(Calibrate, SearchesByTheAgreementItselfWhereAsked) {
 }
 
 TEST(Calibrate, APriorCountsInTheAnswerAndNeverInTheScore) {
-  const toy::Truth truth{.parameters = {0.22, 0.35, 0.7}, .noise = 0.001};
+  const toy::Truth truth{.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001};
   Problem problem = toy::problem(truth, 5, 11);
   problem.experiment.tuned[1].prior = {0.36, 0.003};
-  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, quick(1));
+  const CalibrationResult result = calibrated(toy::engine(truth.noise), problem, quick(1));
   const CalibratedParameter& wall = result.calibrated[1];
   ASSERT_TRUE(wall.data_alone.has_value());
   EXPECT_LT(std::abs(wall.value - 0.36), std::abs(wall.data_alone->value - 0.36));
   EXPECT_LT(wall.interval->upper - wall.interval->lower,
             wall.data_alone->interval.upper - wall.data_alone->interval.lower);
   EXPECT_LE(wall.interval->lower, 0.36);
-  EXPECT_EQ(result.score.evaluation.objective,
-            problem.comparison->objective(result.score.evaluation.runs));
+  EXPECT_EQ(result.objective,
+            problem.calibrated->objective(result.experiments[0].confirmed.runs.runs));
   EXPECT_LE(static_cast<int>(result.evaluations.size()), 60);
 }
 
 TEST(Calibrate, WarnsBeforeItSpendsWhereTheDataLieBeyondTheModel) {
-  const toy::Truth truth{.parameters = {0.55, 0.65, 0.7}, .noise = 0.001};
+  const toy::Truth truth{.parameters = toy::parameters(0.55, 0.65, 0.7), .noise = 0.001};
   Problem problem = toy::problem(truth, 5, 11);
   problem.experiment.tuned[0].upper = 0.2;
   problem.experiment.tuned[1].upper = 0.2;
   CalibrationOptions options = quick(1);
   std::vector<std::string> notices;
   options.notice = [&](const std::string& sentence) { notices.push_back(sentence); };
-  const CalibrationResult result = calibrated(toy::simulator(truth.noise), problem, options);
+  const CalibrationResult result = calibrated(toy::engine(truth.noise), problem, options);
   EXPECT_GT(result.out_of_reach, 0.3);
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_NE(notices[0].find("beyond everything that the model gave"), std::string::npos);
   // Within its bounds nothing is said
-  const Problem within = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
-  EXPECT_LT(calibrated(toy::simulator(0.001), within, quick(1)).out_of_reach, 0.1);
+  const Problem within =
+      toy::problem({.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001}, 5, 11);
+  EXPECT_LT(calibrated(toy::engine(0.001), within, quick(1)).out_of_reach, 0.1);
 }
 
 // One replicate was filmed at another friction: without it the rest agree on the truth.
 TEST(Calibrate, ShowsWhichReplicateTheAnswerRestsOn) {
-  Problem problem = toy::problem({.parameters = {0.22, 0.35, 0.7}, .noise = 0.001}, 5, 11);
-  std::vector<datasets::Trajectories> tracks = problem.comparison->replicates();
-  tracks[3] = toy::run({0.42, 0.35, 0.7}, 0.001, 7);
-  problem = make_problem(problem.experiment, tracks);
-  const CalibrationResult result = calibrated(toy::simulator(0.001), problem, quick(1));
-  ASSERT_EQ(result.influence.size(), 5U + static_cast<std::size_t>(toy::particles));
-  EXPECT_EQ(result.influence[3].left_out, "replicate 4");
-  EXPECT_NEAR(result.influence[3].best.friction_particle_particle, 0.22, 0.02);
-  for (const InfluenceRow& row : result.influence)
-    EXPECT_GE(row.best.friction_particle_particle, 0.2) << row.left_out;
+  std::vector<datasets::Recording> recordings =
+      toy::recordings({.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001}, 5, 11);
+  recordings[3].tracks = toy::run(toy::parameters(0.42, 0.35, 0.7), 0.001, 7);
+  const Problem problem = make_problem(toy::experiment(5), recordings);
+  const CalibrationResult result = calibrated(toy::engine(0.001), problem, quick(1));
+  const std::vector<InfluenceRow>& influence = result.experiments[0].influence;
+  ASSERT_EQ(influence.size(), 5U + static_cast<std::size_t>(toy::particles));
+  EXPECT_EQ(influence[3].left_out, "replicate 4");
+  EXPECT_NEAR(influence[3].best.of("friction_particle_particle"), 0.22, 0.02);
+  for (const InfluenceRow& row : influence)
+    EXPECT_GE(row.best.of("friction_particle_particle"), 0.2) << row.left_out;
 }
 
 TEST(Calibrate, GivesUpWithASentenceWhenAllFails) {
   const Problem problem = toy::problem({}, 5, 3);
-  const Simulator fails = [](const SimulationRequest& request) {
-    SimulatedRun run = toy::simulator(0.002)(request);
+  const toy::ClosedEngine fails([](const SimulationSpec& spec) {
+    EngineRun run = toy::engine(0.002).run(spec, {});
     run.status = RunStatus::unstable;
     run.message = "a particle moved too far";
     return run;
-  };
+  });
   try {
     calibrated(fails, problem, quick(2));
     FAIL() << "nothing was thrown";

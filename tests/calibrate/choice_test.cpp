@@ -18,7 +18,7 @@ class MeanOfRuns final : public StubComparison {
  public:
   double objective(std::span<const SimulatedRun> runs) const override {
     double sum = 0.0;
-    for (const SimulatedRun& run : runs) sum += run.trajectories.poses[0].x;
+    for (const SimulatedRun& run : runs) sum += run.channels[0].values[0];
     return sum / static_cast<double>(runs.size());
   }
 };
@@ -30,9 +30,8 @@ Evaluation evaluation(double level, double own = 0.0, const std::set<int>& jams 
   Evaluation evaluation;
   for (int seed = 0; seed < seeds; ++seed) {
     SimulatedRun run;
-    run.trajectories.particles = 1;
     const double x = level + common * std::sin(2.0 * seed) + own * std::cos(3.0 * seed);
-    run.trajectories.poses = {{jams.contains(seed) ? jam : x, 0.0, 0.0}};
+    run.channels = {{.values = {jams.contains(seed) ? jam : x}}};
     evaluation.runs.push_back(run);
   }
   evaluation.objective = MeanOfRuns().objective(evaluation.runs);

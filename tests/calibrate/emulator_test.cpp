@@ -17,7 +17,7 @@ namespace {
 constexpr int numbers = 40;
 
 // z_k = (f_k(x) - f_k(truth)) / u: waves through the square, far finer known than they differ. A
-// run is one pose that holds its parameters.
+// run's only channel holds its parameters.
 class Waves final : public StubComparison {
  public:
   explicit Waves(UnitPoint truth, double uncertainty)
@@ -33,11 +33,12 @@ class Waves final : public StubComparison {
   }
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override {
     if (runs.front().status != RunStatus::completed) return {};
-    const datasets::Pose& pose = runs.front().trajectories.poses[0];
-    return residuals_at({pose.x, pose.z});
+    return residuals_at(runs.front().channels[0].values);
   }
   double loss(std::span<const double> residuals) const override {
-    return mean_loss(datasets::ObjectiveForm::smooth, residuals);
+    double sum = 0.0;
+    for (const double z : residuals) sum += pseudo_huber(z);
+    return sum / static_cast<double>(residuals.size());
   }
   double noise(std::span<const SimulatedRun>) const override { return 1e-3; }
 
@@ -57,8 +58,7 @@ ParameterSpace square() {
 Evaluation evaluation_at(const Comparison& comparison, const UnitPoint& x, bool fails = false) {
   Evaluation evaluation{.parameters = square().from_unit(x), .runs = std::vector<SimulatedRun>(1)};
   SimulatedRun& run = evaluation.runs.front();
-  run.trajectories = datasets::make_trajectories(1, 1, false);
-  run.trajectories.poses[0] = {x[0], x[1], 0.0};
+  run.channels = {{.values = x}};
   run.status = fails ? RunStatus::unstable : RunStatus::completed;
   evaluation.failed = fails;
   evaluation.objective = fails ? 50.0 : comparison.objective(evaluation.runs);

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <set>
 
+#include "calibrate/compare/repeated_rule.h"
 #include "tests/calibrate/toy_experiment.h"
 #include "tests/support/temporary_folder.h"
 
@@ -13,18 +15,20 @@ namespace {
 
 using tests::TemporaryFolder;
 
-const std::vector<EvaluationPoint> points = {{{0.1, 0.2, 0.8}, 0.2}, {{0.4, 0.5, 0.6}, 0.2}};
+const std::vector<EvaluationPoint> points = {{toy::parameters(0.1, 0.2, 0.8), 0.2},
+                                             {toy::parameters(0.4, 0.5, 0.6), 0.2}};
 
 TEST(Ensemble, GivesTheSameForAnyNumberOfThreads) {
   const TemporaryFolder folder;
-  const Problem problem = toy::problem({}, 5, 1);
+  Problem problem = toy::problem({}, 5, 1);
   const auto seeds = make_seeds(3, "test", 6);
+  const toy::ClosedEngine engine = toy::engine(0.01);
   std::vector<double> objectives;
   for (const int jobs : {1, 4}) {
     Journal journal(folder / ("j" + std::to_string(jobs)));
-    Ensemble ensemble(
-        {Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, jobs);
-    for (const Evaluation& evaluation : ensemble.evaluate("test", points, seeds))
+    const auto executor = make_executor("threads", jobs);
+    const auto ensemble = toy::ensemble(problem, engine, journal, *executor);
+    for (const Evaluation& evaluation : ensemble->evaluate("test", points, seeds))
       objectives.push_back(evaluation.objective);
   }
   EXPECT_EQ(objectives[0], objectives[2]);
@@ -33,47 +37,57 @@ TEST(Ensemble, GivesTheSameForAnyNumberOfThreads) {
 
 TEST(Ensemble, RepeatsNoSimulationThatIsInTheJournal) {
   const TemporaryFolder folder;
-  const Problem problem = toy::problem({}, 5, 1);
+  Problem problem = toy::problem({}, 5, 1);
   const auto seeds = make_seeds(3, "test", 6);
   Journal journal(folder / "j.db");
-  Ensemble first({Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, 2);
-  const auto before = first.evaluate("test", points, seeds);
-  EXPECT_EQ(first.simulated(), 12);
-  Ensemble second({Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, 2);
-  const auto after = second.evaluate("test", points, seeds);
-  EXPECT_EQ(second.simulated(), 0);
+  const toy::ClosedEngine engine = toy::engine(0.01);
+  const auto executor = make_executor("threads", 2);
+  const auto first = toy::ensemble(problem, engine, journal, *executor);
+  const auto before = first->evaluate("test", points, seeds);
+  EXPECT_EQ(first->simulated(), 12);
+  const auto second = toy::ensemble(problem, engine, journal, *executor);
+  const auto after = second->evaluate("test", points, seeds);
+  EXPECT_EQ(second->simulated(), 0);
   EXPECT_EQ(after[1].objective, before[1].objective);
 }
 
 TEST(Ensemble, ScoresRunsThatFailAndLivesOn) {
   const TemporaryFolder folder;
-  const Problem problem = toy::problem({}, 5, 1);
+  Problem problem = toy::problem({}, 5, 1);
   Journal journal(folder / "j.db");
-  const Simulator failing = [](const SimulationRequest& request) {
-    SimulatedRun run = toy::simulator(0.01)(request);
-    if (request.parameters.friction_particle_particle > 0.3) run.status = RunStatus::unstable;
+  const toy::ClosedEngine failing([](const SimulationSpec& spec) {
+    EngineRun run = toy::engine(0.01).run(spec, {});
+    if (spec.parameters.of("friction_particle_particle") > 0.3) run.status = RunStatus::unstable;
     return run;
-  };
-  Ensemble ensemble({Scene{problem.hash, failing}}, journal, problem.comparison, 2);
-  const auto evaluations = ensemble.evaluate("test", points, make_seeds(3, "test", 4));
+  });
+  const auto executor = make_executor("threads", 2);
+  const auto evaluations = toy::ensemble(problem, failing, journal, *executor)
+                               ->evaluate("test", points, make_seeds(3, "test", 4));
   EXPECT_EQ(evaluations[0].failed, 0);
   EXPECT_EQ(evaluations[1].failed, 4);
-  EXPECT_EQ(
-      evaluations[1].objective,
-      objective_of_rest(problem.comparison->target().mean, problem.comparison->target().widths));
+  datasets::Trajectories rest = toy::run(toy::Truth{}.parameters, 0.0, 1);
+  for (std::size_t i = 0; i < rest.poses.size(); ++i) {
+    const auto& start = static_cast<const RepeatedRule*>(problem.all->rule_of("tracks"))->target(0);
+    const std::size_t particle = i % toy::particles;
+    rest.poses[i] = {
+        start.mean[3 * particle], start.mean[3 * particle + 1], start.mean[3 * particle + 2]};
+  }
+  const SimulatedRun still = toy::compared(problem, rest);
+  EXPECT_NEAR(evaluations[1].objective, problem.all->objective({&still, 1}), 1e-12);
 }
 
 TEST(Ensemble, KeepsWhatEndedBeforeAnInterruption) {
   const TemporaryFolder folder;
-  const Problem problem = toy::problem({}, 5, 1);
+  Problem problem = toy::problem({}, 5, 1);
   Journal journal(folder / "j.db");
   int left = 5;
-  const Simulator interrupted = [&left](const SimulationRequest& request) {
+  const toy::ClosedEngine interrupted([&left](const SimulationSpec& spec) {
     if (left-- == 0) throw Interrupted();
-    return toy::simulator(0.01)(request);
-  };
-  Ensemble ensemble({Scene{problem.hash, interrupted}}, journal, problem.comparison, 1);
-  EXPECT_THROW(ensemble.evaluate("test", points, make_seeds(3, "test", 6)), Interrupted);
+    return toy::engine(0.01).run(spec, {});
+  });
+  const auto executor = make_executor("threads", 1);
+  const auto ensemble = toy::ensemble(problem, interrupted, journal, *executor);
+  EXPECT_THROW(ensemble->evaluate("test", points, make_seeds(3, "test", 6)), Interrupted);
   EXPECT_EQ(journal.rows().size(), 5U);
 }
 
@@ -93,9 +107,11 @@ TEST(MakeSeeds, AreDifferentAndFitIntoADouble) {
 // The jackknife of the ensemble objective against the spread of many ensembles.
 TEST(ObjectiveNoise, IsTheSpreadOverEnsembles) {
   const TemporaryFolder folder;
-  const Problem problem = toy::problem({}, 5, 1);
+  Problem problem = toy::problem({}, 5, 1);
   Journal journal(folder / "j.db");
-  Ensemble ensemble({Scene{problem.hash, toy::simulator(0.01)}}, journal, problem.comparison, 2);
+  const toy::ClosedEngine engine = toy::engine(0.01);
+  const auto executor = make_executor("threads", 2);
+  const auto ensemble = toy::ensemble(problem, engine, journal, *executor);
   double mean = 0.0;
   double squares = 0.0;
   double jackknifed = 0.0;
@@ -103,13 +119,13 @@ TEST(ObjectiveNoise, IsTheSpreadOverEnsembles) {
   for (int repeat = 0; repeat < repeats; ++repeat) {
     const auto evaluation =
         ensemble
-            .evaluate("test",
-                      {points.data(), 1},
-                      make_seeds(static_cast<std::uint64_t>(repeat), "noise", 8))
+            ->evaluate("test",
+                       {points.data(), 1},
+                       make_seeds(static_cast<std::uint64_t>(repeat), "noise", 8))
             .front();
     mean += evaluation.objective / repeats;
     squares += evaluation.objective * evaluation.objective / repeats;
-    jackknifed += problem.comparison->noise(evaluation.runs) / repeats;
+    jackknifed += problem.calibrated->noise(evaluation.runs) / repeats;
   }
   const double spread = std::sqrt((squares - mean * mean) * repeats / (repeats - 1));
   EXPECT_GT(jackknifed, 0.7 * spread);  // 60 ensembles know the spread to 9 %

@@ -1,6 +1,12 @@
 #include "calibrate/journal.h"
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <limits>
 
 #include "datasets/input_error.h"
 #include "tests/calibrate/toy_experiment.h"
@@ -12,57 +18,71 @@ namespace {
 using tests::TemporaryFolder;
 
 JournalRow row_at(double friction, std::uint64_t seed) {
-  const SimulationRequest request{{friction, 0.3, 0.8}, 0.25, seed};
-  return {.problem = "p",
+  const Problem problem = toy::problem({}, 2, 1);
+  const SimulationSpec spec = problem.spec_of(0, toy::parameters(friction, 0.3, 0.8), 0.25, seed);
+  return {.fingerprint = fingerprint_of(spec),
+          .problem = "p",
           .stage = "design",
-          .request = request,
-          .run = toy::simulator(0.01)(request),
+          .parameters = spec.parameters,
+          .time_step_fraction = spec.time_step_fraction,
+          .seed = seed,
+          .run = toy::compared(problem, toy::run(spec.parameters, 0.01, seed)),
           .objective = 1.5};
 }
 
 TEST(Journal, GivesBackARunToTheLastBitAfterReopening) {
   const TemporaryFolder folder;
-  const JournalRow row = row_at(0.1, 7);
-  { Journal(folder / "j.db").add(row); }
-  Journal journal(folder / "j.db");
-  const auto found = journal.find("p", row.request);
-  ASSERT_TRUE(found.has_value());
-  EXPECT_EQ(found->trajectories.time, row.run.trajectories.time);
-  for (std::size_t i = 0; i < row.run.trajectories.poses.size(); ++i) {
-    EXPECT_EQ(found->trajectories.poses[i].x, row.run.trajectories.poses[i].x);
-    EXPECT_EQ(found->trajectories.poses[i].angle, row.run.trajectories.poses[i].angle);
-  }
-}
-
-TEST(Journal, GivesBackWhatWasMeasuredOfABin) {
-  const TemporaryFolder folder;
   JournalRow row = row_at(0.1, 7);
-  row.run.bin.discharge = {.particles = 5, .over_orifice = 1, .to = 2.0, .times = {0.5, 0.75}};
-  row.run.bin.flowing_density = 6.0;
-  row.run.bin.profile.samples = {{0.01, 0.2, 0.0}, {0.02, 0.1, 0.0}};
-  row.run.bin.stagnant_heights = {0.03, 0.01, 0.02};
+  row.run.channels[0].values[3] = std::nan("");
+  row.run.channels[0].errors = {1e-300, -0.0, std::numeric_limits<double>::infinity()};
+  row.run.channels[0].details = {{"times_s", {0.1, 0.2}}, {"grains", {}}};
+  row.run.channels.emplace_back();  // what the simulation could not tell
   { Journal(folder / "j.db").add(row); }
-  const auto found = Journal(folder / "j.db").find("p", row.request);
+  Journal journal(folder / "j.db");
+  const auto found = journal.find(row.fingerprint);
   ASSERT_TRUE(found.has_value());
-  EXPECT_EQ(found->bin.discharge.times, row.run.bin.discharge.times);
-  EXPECT_EQ(found->bin.flowing_density, 6.0);
-  ASSERT_EQ(found->bin.profile.samples.size(), 2U);
-  EXPECT_EQ(found->bin.profile.samples[1].velocity, 0.1);
-  EXPECT_EQ(found->bin.stagnant_heights, row.run.bin.stagnant_heights);
+  ASSERT_EQ(found->channels.size(), 2U);
+  const auto bits = [](const std::vector<double>& values) {
+    std::vector<std::uint64_t> all;
+    for (const double value : values) all.push_back(std::bit_cast<std::uint64_t>(value));
+    return all;
+  };
+  EXPECT_EQ(bits(found->channels[0].values), bits(row.run.channels[0].values));
+  EXPECT_EQ(bits(found->channels[0].errors), bits(row.run.channels[0].errors));
+  EXPECT_EQ(found->channels[0].details, row.run.channels[0].details);
+  EXPECT_FALSE(found->channels[1].is_known());
+  EXPECT_EQ(journal.rows().front().parameters, row.parameters);
 }
 
-TEST(Journal, DoesNotKnowAnotherProblemOrRequest) {
+TEST(Journal, DoesNotKnowAnotherSimulation) {
+  Journal journal(":memory:");
+  journal.add(row_at(0.1, 7));
+  EXPECT_TRUE(journal.find(row_at(0.1, 7).fingerprint).has_value());
+  EXPECT_FALSE(journal.find(row_at(0.1, 8).fingerprint).has_value());
+  EXPECT_FALSE(journal.find(row_at(0.10000000000000002, 7).fingerprint).has_value());
+}
+
+TEST(Journal, IsRefusedInOneSentenceWhereAnOlderProgramMadeIt) {
   const TemporaryFolder folder;
-  Journal journal(folder / "j.db");
-  const JournalRow row = row_at(0.1, 7);
-  journal.add(row);
-  EXPECT_FALSE(journal.find("q", row.request).has_value());
-  SimulationRequest other = row.request;
-  other.seed = 8;
-  EXPECT_FALSE(journal.find("p", other).has_value());
-  other = row.request;
-  other.time_step_fraction = 0.125;
-  EXPECT_FALSE(journal.find("p", other).has_value());
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "j.db").c_str(), &database), SQLITE_OK);
+  // As of 90ba708
+  ASSERT_EQ(sqlite3_exec(database,
+                         "CREATE TABLE simulation (id INTEGER PRIMARY KEY, problem TEXT NOT NULL,"
+                         " stage TEXT NOT NULL, friction_particle_particle REAL NOT NULL,"
+                         " poses BLOB NOT NULL, bin BLOB);"
+                         "CREATE TABLE problem_part (name TEXT PRIMARY KEY, hash TEXT NOT NULL);",
+                         nullptr,
+                         nullptr,
+                         nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  try {
+    Journal journal(folder / "j.db");
+    FAIL() << "nothing was thrown";
+  } catch (const datasets::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("--out"), std::string::npos) << error.what();
+  }
 }
 
 TEST(Journal, IsRefusedForAnotherProblemWithWhatHasChanged) {
@@ -86,7 +106,7 @@ TEST(Journal, KeepsTheStatusOfARunThatFailed) {
   row.run.status = RunStatus::unstable;
   row.run.message = "a particle moved too far";
   journal.add(row);
-  EXPECT_EQ(journal.find("p", row.request)->status, RunStatus::unstable);
+  EXPECT_EQ(journal.find(row.fingerprint)->status, RunStatus::unstable);
   EXPECT_EQ(journal.rows().front().run.message, "a particle moved too far");
 }
 

@@ -1,3 +1,4 @@
+// What is minimised of tracks: the loss, half widths, and what a model that saw nothing gets.
 #include "calibrate/objective.h"
 
 #include <gtest/gtest.h>
@@ -5,23 +6,33 @@
 #include <cmath>
 
 #include "calibrate/agreement.h"
+#include "calibrate/compare/repeated_rule.h"
 #include "tests/calibrate/toy_experiment.h"
 
 namespace graintruth::calibrate {
 namespace {
 
-datasets::Trajectories shifted(datasets::Trajectories tracks, double x) {
-  for (datasets::Pose& pose : tracks.poses) pose.x += x;
-  return tracks;
+const RepeatedRule& rule_of(const Problem& problem) {
+  return static_cast<const RepeatedRule&>(*problem.all->rule_of("tracks"));
+}
+
+// A run that is the replicates' mean, moved by x.
+SimulatedRun shifted(const Problem& problem, double x) {
+  Channel channel{.values = rule_of(problem).target(0).mean};
+  for (std::size_t i = 0; i < channel.values.size(); i += 3) channel.values[i] += x;
+  return {.channels = {channel}};
+}
+
+double objective(const Problem& problem, const SimulatedRun& run) {
+  return problem.all->objective({&run, 1});
 }
 
 TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, mean, widths] = problem.comparison->target();
-  EXPECT_NEAR(objective(mean, widths, mean), 0.0, 1e-12);
+  EXPECT_NEAR(objective(problem, shifted(problem, 0.0)), 0.0, 1e-12);
   double last = 0.0;
   for (const double shift : {1e-4, 1e-3, 1e-2, 1e-1}) {
-    const double value = objective(mean, widths, shifted(mean, shift));
+    const double value = objective(problem, shifted(problem, shift));
     EXPECT_GT(value, last);
     last = value;
   }
@@ -29,48 +40,50 @@ TEST(Objective, IsZeroAtTheReplicatesMeanAndGrowsAwayFromIt) {
 
 TEST(Objective, GrowsLinearlyFarOut) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, mean, widths] = problem.comparison->target();
-  const double once = objective(mean, widths, shifted(mean, 10.0));
-  const double twice = objective(mean, widths, shifted(mean, 20.0));
+  const double once = objective(problem, shifted(problem, 10.0));
+  const double twice = objective(problem, shifted(problem, 20.0));
   EXPECT_NEAR(twice / once, 2.0, 1e-3);
 }
 
 TEST(Objective, IsFiniteForAModelThatSawNothing) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto [replicates, mean, widths] = problem.comparison->target();
-  const double rest = objective_of_rest(mean, widths);
-  EXPECT_TRUE(std::isfinite(rest));
-  EXPECT_GT(rest, 1.0);
+  const SimulatedRun failed{.status = RunStatus::unstable};
+  EXPECT_TRUE(std::isfinite(objective(problem, failed)));
+  EXPECT_GT(objective(problem, failed), 1.0);
 }
 
 // Eq 4.3: what is minimised is exactly what the report scores.
 TEST(Objective, InTheRequestedFormIsOneMinusTheAgreement) {
   const Problem problem = toy::problem({}, 5, 1);
-  const auto requested = problem.comparison->with_form(datasets::ObjectiveForm::requested);
+  const auto requested = problem.all->with_form(datasets::ObjectiveForm::requested);
   EXPECT_EQ(requested->form(), datasets::ObjectiveForm::requested);
   for (const ParameterSet& parameters :
-       {ParameterSet{0.2, 0.3, 0.7}, ParameterSet{0.4, 0.1, 0.7}}) {
-    const SimulatedRun run{.trajectories = toy::run(parameters, 0.01, 3)};
+       {toy::parameters(0.2, 0.3, 0.7), toy::parameters(0.4, 0.1, 0.7)}) {
+    const SimulatedRun run = toy::compared(problem, toy::run(parameters, 0.01, 3));
+    const RepeatedRule& rule = rule_of(problem);
     const double percent =
-        agreement(problem.comparison->target().replicates, run.trajectories, Critical::student_t)
+        agreement(rule.target(0).spreads, rule.shape(), run.channels[0].values, Critical::student_t)
             .percent;
     EXPECT_GT(percent, 0.0);
     EXPECT_LT(percent, 100.0);
     EXPECT_NEAR(requested->objective({&run, 1}), 1.0 - percent / 100.0, 1e-12);
   }
   const auto smooth = requested->with_form(datasets::ObjectiveForm::smooth);
-  const SimulatedRun run{.trajectories = toy::run({0.2, 0.3, 0.7}, 0.01, 3)};
-  EXPECT_EQ(smooth->objective({&run, 1}), problem.comparison->objective({&run, 1}));
+  const SimulatedRun run =
+      toy::compared(problem, toy::run(toy::parameters(0.2, 0.3, 0.7), 0.01, 3));
+  EXPECT_EQ(smooth->objective({&run, 1}), objective(problem, run));
 }
 
 TEST(SmoothHalfWidths, NeverFallBelowTheMeasurementsError) {
-  std::vector<datasets::Trajectories> alike(5, toy::run({0.2, 0.3, 0.7}, 0.0, 1));
-  for (datasets::Trajectories& track : alike)
-    track.sigmas.assign(track.poses.size(), {1e-3, 2e-3, 3e-3});
-  const HalfWidths widths = smooth_half_widths(measure(alike), alike);
-  for (const auto& width : widths.half_width) {
-    EXPECT_NEAR(width[0], 1e-3, 1e-12);
-    EXPECT_NEAR(width[2], 3e-3, 1e-12);
+  datasets::Trajectories track = toy::run(toy::parameters(0.2, 0.3, 0.7), 0.0, 1);
+  track.sigmas.assign(track.poses.size(), {1e-3, 2e-3, 3e-3});
+  track.scores.assign(track.poses.size(), 1.0);
+  const std::vector<datasets::Recording> alike(5, datasets::Recording{.tracks = track});
+  const Problem problem = make_problem(toy::experiment(5), alike);
+  const std::vector<double>& widths = rule_of(problem).target(0).half_widths;
+  for (std::size_t i = 0; i < widths.size(); i += 3) {
+    EXPECT_NEAR(widths[i], 1e-3, 1e-12);
+    EXPECT_NEAR(widths[i + 2], 3e-3, 1e-12);
   }
 }
 

@@ -6,9 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <cmath>
 
 #include "calibrate/parameters.h"
@@ -27,8 +24,8 @@ struct Parabola {
   bool of_the_sum = false;
 
   std::vector<double> residuals(const ParameterSet& p) const {
-    const double particle = p.friction_particle_particle - b_particle;
-    const double wall = p.friction_particle_wall - b_wall;
+    const double particle = p.of("friction_particle_particle") - b_particle;
+    const double wall = p.of("friction_particle_wall") - b_wall;
     if (of_the_sum) return {(particle + wall) / s_wall};
     return {particle / s_particle, wall / s_wall};
   }
@@ -41,15 +38,14 @@ struct Parabola {
   double operator()(const ParameterSet& p) const { return of(residuals(p)); }
 };
 
-// A run is one pose that holds its parameters.
-SimulatedRun run_at(const SimulationRequest& request) {
-  SimulatedRun run{.trajectories = datasets::make_trajectories(1, 1, false), .time_step = 1e-5};
-  run.trajectories.time = {0.0};
-  run.trajectories.poses[0] = {request.parameters.friction_particle_particle,
-                               request.parameters.friction_particle_wall,
-                               0.0};
-  return run;
-}
+// A run's tracks are one pose that holds its parameters.
+const toy::ClosedEngine engine([](const SimulationSpec& spec) {
+  datasets::Trajectories tracks = datasets::make_trajectories(1, 1, false);
+  tracks.poses[0] = {spec.parameters.of("friction_particle_particle"),
+                     spec.parameters.of("friction_particle_wall"),
+                     0.0};
+  return toy::as_run(std::move(tracks));
+});
 
 class ParabolaComparison final : public Comparison {
  public:
@@ -60,44 +56,41 @@ class ParabolaComparison final : public Comparison {
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override {
     return parabola_.residuals(parameters_of(runs));
   }
-  std::size_t residual_count() const override { return parabola_.residuals({}).size(); }
+  std::size_t residual_count() const override {
+    return parabola_.residuals(toy::parameters(0.0, 0.0, 0.5)).size();
+  }
   double loss(std::span<const double> residuals) const override { return Parabola::of(residuals); }
   double noise(std::span<const SimulatedRun>) const override { return 1e-5; }
   RunScore score_run(const SimulatedRun& run, std::size_t) const override {
     return {objective({&run, 1}), std::nan("")};
   }
-  std::vector<std::vector<double>> draw_objectives(std::span<const Evaluation> evaluations,
-                                                   const BootstrapOptions& options) const {
-    boost::random::mt19937_64 generator(options.seed);
-    boost::random::normal_distribution<double> normal;
-    std::vector<std::vector<double>> drawn;
-    for (int draw = 0; draw < options.draws; ++draw) {
-      Parabola shifted = parabola_;
-      shifted.b_particle += shifted.of_the_sum ? 0.0 : shifted.s_particle * normal(generator);
-      shifted.b_wall += shifted.s_wall * normal(generator);
-      drawn.emplace_back();
-      for (const Evaluation& evaluation : evaluations)
-        drawn.back().push_back(shifted(evaluation.parameters));
-    }
-    return drawn;
-  }
+  // The replicates' own place is known to s: the difference of two objectives has the standard
+  // deviation that moving it by one s makes.
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
-                                  const PooledChance& chance,
-                                  const BootstrapOptions& options) const override {
-    const std::array<Evaluation, 2> both = {first, second};
-    return t * std::hypot(difference_deviation(draw_objectives(both, options)),
+                                  const PooledChance& chance) const override {
+    const auto change = [&](double particle, double wall) {
+      Parabola moved = parabola_;
+      moved.b_particle += moved.of_the_sum ? 0.0 : particle * moved.s_particle;
+      moved.b_wall += wall * moved.s_wall;
+      Parabola other = parabola_;
+      other.b_particle -= other.of_the_sum ? 0.0 : particle * other.s_particle;
+      other.b_wall -= wall * other.s_wall;
+      return 0.5 * (moved(first.parameters) - moved(second.parameters) - other(first.parameters) +
+                    other(second.parameters));
+    };
+    return t * std::hypot(change(1.0, 0.0),
+                          change(0.0, 1.0),
                           chance.roughness * std::hypot(first.objective, second.objective));
   }
   double allowed_excess(const Evaluation& best,
                         const Evaluation& evaluation,
-                        const PooledChance& chance,
-                        const BootstrapOptions& options) const override {
+                        const PooledChance& chance) const override {
     Parabola between = parabola_;
-    between.b_particle = evaluation.parameters.friction_particle_particle;
-    between.b_wall = evaluation.parameters.friction_particle_wall;
+    between.b_particle = evaluation.parameters.of("friction_particle_particle");
+    between.b_wall = evaluation.parameters.of("friction_particle_wall");
     const double distance = between(best.parameters) - between(evaluation.parameters);
-    return std::max(0.0, half_width_of_difference(best, evaluation, chance, options) - distance);
+    return std::max(0.0, half_width_of_difference(best, evaluation, chance) - distance);
   }
   std::unique_ptr<Comparison> with_replicates(std::span<const SimulatedRun>) const override {
     return nullptr;
@@ -105,22 +98,17 @@ class ParabolaComparison final : public Comparison {
 
  private:
   static ParameterSet parameters_of(std::span<const SimulatedRun> runs) {
-    const datasets::Pose& pose = runs.front().trajectories.poses[0];
-    return {pose.x, pose.z, 0.5};
+    const std::vector<double>& pose = runs.front().channels[0].values;
+    return toy::parameters(pose[0], pose[1], 0.5);
   }
   Parabola parabola_;
 };
 
 datasets::Experiment experiment() {
-  datasets::Experiment made;
-  made.material = {.elastic_modulus = 1e9,
-                   .poisson_ratio = 0.3,
-                   .friction_particle_particle = {0.4, 0.0},
-                   .friction_particle_wall = {0.36, 0.03},
-                   .restitution = {0.8, 0.02}};
-  made.tuned = {{"friction_particle_particle", 0.0, 0.6},
-                {"friction_particle_wall", 0.0, 0.7},
-                {"restitution", 0.3, 0.95}};
+  datasets::Experiment made = toy::experiment(2);
+  made.material.bench = {{"friction_particle_particle", {0.4, 0.0}},
+                         {"friction_particle_wall", {0.36, 0.03}},
+                         {"restitution", {0.8, 0.02}}};
   return made;
 }
 
@@ -130,8 +118,21 @@ struct Outcome {
 };
 
 Outcome search(const datasets::Experiment& made, const Parabola& parabola, Journal& journal) {
-  Ensemble ensemble(
-      {Scene{"parabola", run_at}}, journal, std::make_shared<ParabolaComparison>(parabola), 1);
+  const auto executor = make_executor("threads", 1);
+  const Scene scene{.problem = "parabola",
+                    .engine = &engine,
+                    .spec =
+                        [](const ParameterSet& parameters, double fraction, std::uint64_t seed) {
+                          return SimulationSpec{.parameters = parameters,
+                                                .time_step_fraction = fraction,
+                                                .seed = seed};
+                        },
+                    .measure =
+                        [](const datasets::Recording& recording) {
+                          const datasets::Pose& pose = recording.tracks->poses[0];
+                          return std::vector{Channel{.values = {pose.x, pose.z}}};
+                        }};
+  Ensemble ensemble({scene}, journal, std::make_shared<ParabolaComparison>(parabola), *executor);
   const CalibrationOptions options{.search_seeds = 1, .confirmation_seeds = 2};
   Search one(made, ensemble, options, 0);
   one.run();
@@ -157,28 +158,16 @@ bool is_said(const SearchResult& result, const std::string& part) {
 
 TEST(Prior, CostsWhatTheDataAllowAtItsOwnInterval) {
   Prior prior(with_wall_prior(0.3, 0.02).tuned);
-  ParameterSet place{0.1, 0.3 + 1.96 * 0.02, 0.9};
+  ParameterSet place = toy::parameters(0.1, 0.3 + 1.96 * 0.02, 0.9);
   EXPECT_EQ(prior.penalty(place), 0.0);  // not weighed
   prior.weigh(0.04);
   EXPECT_NEAR(prior.penalty(place), 0.04, 0.04 * 1e-3);  // 1.96^2 = 3.8416, 2 * 1.92 = 3.84
   EXPECT_NEAR(
       prior.reach(with_wall_prior(0.3, 0.02).tuned[1], prior.penalty(place)), 1.96 * 0.02, 1e-12);
   // exp(-1.92 J/allowed) of the penalty is the Gaussian exp(-z^2/2)
-  place.friction_particle_wall = 0.33;
+  place.set("friction_particle_wall", 0.33);
   EXPECT_NEAR(log_likelihood(prior.penalty(place), 0.04), -0.5 * 1.5 * 1.5, 1e-12);
   EXPECT_FALSE(Prior(experiment().tuned).is_stated());
-}
-
-TEST(Prior, IsPartOfWhatAJournalBelongsTo) {
-  const Problem without = toy::problem({}, 3, 1);
-  datasets::Experiment made = without.experiment;
-  const auto hash_of = [&] { return make_problem(made, without.comparison->replicates()).hash; };
-  EXPECT_EQ(hash_of(), without.hash);
-  made.tuned[0].prior = {0.3, 0.02};
-  const std::string with = hash_of();
-  EXPECT_NE(with, without.hash);
-  made.tuned[0].prior = {0.3, 0.03};
-  EXPECT_NE(hash_of(), with);
 }
 
 TEST(PriorOfASearch, GivesTheMeanWeightedByPrecisions) {

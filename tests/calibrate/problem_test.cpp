@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "datasets/input_error.h"
 #include "tests/calibrate/toy_experiment.h"
@@ -23,9 +25,9 @@ datasets::Trajectories resting_film(double x, double jitter) {
 }
 
 TEST(MeasureStarts, AveragesTheStillFramesAndPoolsTheSpread) {
-  const std::vector<datasets::Trajectories> films = {resting_film(0.010, 1e-4),
-                                                     resting_film(0.012, 1e-4)};
-  const StartPoses starts = measure_starts(films);
+  const datasets::Trajectories first = resting_film(0.010, 1e-4),
+                               second = resting_film(0.012, 1e-4);
+  const StartPoses starts = measure_starts(std::array{&first, &second});
   EXPECT_NEAR(starts.mean[0].x, 0.011, 2e-5);
   EXPECT_NEAR(starts.mean[0].z, 0.0, 1e-12);
   EXPECT_NEAR(starts.standard_deviation.x, 0.002 / std::sqrt(2.0), 1e-9);
@@ -33,24 +35,45 @@ TEST(MeasureStarts, AveragesTheStillFramesAndPoolsTheSpread) {
 }
 
 TEST(MakeProblem, RefusesTracksThatDoNotFit) {
-  const Problem good = toy::problem({}, 3, 1);
-  datasets::Experiment experiment = good.experiment;
+  const std::vector<datasets::Recording> recordings = toy::recordings({}, 3, 1);
+  datasets::Experiment experiment = toy::experiment(3);
+  EXPECT_NO_THROW(make_problem(experiment, recordings));
   experiment.particle.count = 5;
-  EXPECT_THROW(make_problem(experiment, good.comparison->replicates()), datasets::InputError);
-  experiment = good.experiment;
+  EXPECT_THROW(make_problem(experiment, recordings), datasets::InputError);
+  experiment = toy::experiment(3);
   experiment.measurement.frames = 100;
-  EXPECT_THROW(make_problem(experiment, good.comparison->replicates()), datasets::InputError);
+  EXPECT_THROW(make_problem(experiment, recordings), datasets::InputError);
 }
 
-TEST(MakeProblem, ItsHashKnowsEveryInput) {
-  const Problem problem = toy::problem({}, 3, 1);
-  EXPECT_EQ(make_problem(problem.experiment, problem.comparison->replicates()).hash, problem.hash);
-  datasets::Experiment heavier = problem.experiment;
-  heavier.particle.mass *= 1.0000001;
-  EXPECT_NE(make_problem(heavier, problem.comparison->replicates()).hash, problem.hash);
-  std::vector<datasets::Trajectories> moved = problem.comparison->replicates();
-  moved[1].poses[7].x += 1e-12;
-  EXPECT_NE(make_problem(problem.experiment, moved).hash, problem.hash);
+std::map<std::string, std::string> parts_of(const datasets::Experiment& experiment,
+                                            const std::vector<datasets::Recording>& recordings) {
+  const Problem problem = make_problem(experiment, recordings);
+  return {problem.parts.begin(), problem.parts.end()};
+}
+
+TEST(MakeProblem, ItsPartsSayWhatIsAnother) {
+  const std::vector<datasets::Recording> recordings = toy::recordings({}, 3, 1);
+  const auto parts = parts_of(toy::experiment(3), recordings);
+  EXPECT_EQ(parts_of(toy::experiment(3), recordings), parts);
+  const auto changed = [&](const std::map<std::string, std::string>& other) {
+    std::vector<std::string> names;
+    for (const auto& [name, hash] : parts) {
+      if (other.at(name) != hash) names.push_back(name);
+    }
+    return names;
+  };
+  datasets::Experiment heavier = toy::experiment(3);
+  heavier.particle.model.mass = 0.01 * (1.0 + 1e-7);
+  EXPECT_EQ(changed(parts_of(heavier, recordings)), std::vector<std::string>{"particle"});
+  // Seen after the event alone, so that nobody starts elsewhere
+  std::vector<datasets::Recording> moved = recordings;
+  moved[1].tracks->poses[7].x += 1e-12;
+  EXPECT_EQ(changed(parts_of(toy::experiment(3), moved)),
+            std::vector<std::string>{"recordings or times of measurement"});
+  // What is known besides the data changes no simulation
+  datasets::Experiment with_prior = toy::experiment(3);
+  with_prior.tuned[0].prior = {0.3, 0.02};
+  EXPECT_EQ(changed(parts_of(with_prior, recordings)), std::vector<std::string>{});
 }
 
 }  // namespace

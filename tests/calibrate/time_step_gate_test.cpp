@@ -5,30 +5,30 @@
 #include <cmath>
 
 #include "tests/calibrate/toy_experiment.h"
-#include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {
 namespace {
 
-using tests::TemporaryFolder;
-
 // The toy's tracks move with 0.2 fraction^2; `gain` makes that larger.
-Simulator drifting(double gain, double noise) {
-  return [=](const SimulationRequest& request) {
-    ParameterSet shifted = request.parameters;
-    shifted.friction_particle_particle +=
-        gain * request.time_step_fraction * request.time_step_fraction;
-    return SimulatedRun{.trajectories = toy::run(shifted, noise, request.seed),
-                        .time_step = request.time_step_fraction};
-  };
+toy::ClosedEngine drifting(double gain, double noise) {
+  return toy::ClosedEngine([=](const SimulationSpec& spec) {
+    ParameterSet shifted = spec.parameters;
+    shifted.set("friction_particle_particle",
+                shifted.of("friction_particle_particle") +
+                    gain * spec.time_step_fraction * spec.time_step_fraction);
+    EngineRun run = toy::as_run(toy::run(shifted, noise, spec.seed));
+    run.time_step = spec.time_step_fraction;
+    return run;
+  });
 }
 
-TimeStepChoice choose(const Simulator& simulator, const Problem& problem) {
-  const TemporaryFolder folder;
-  Journal journal(folder / "j.db");
-  Ensemble ensemble({Scene{problem.hash, simulator}}, journal, problem.comparison, 2);
-  const std::vector<ParameterSet> places = {{0.3, 0.3, 0.7}, {0.1, 0.4, 0.7}};
-  return choose_time_step(ensemble, places, 0.4, make_seeds(1, "gate", 8));
+TimeStepChoice choose(const Engine& engine, Problem problem) {
+  Journal journal(":memory:");
+  const auto executor = make_executor("threads", 2);
+  const std::vector<ParameterSet> places = {toy::parameters(0.3, 0.3, 0.7),
+                                            toy::parameters(0.1, 0.4, 0.7)};
+  return choose_time_step(
+      *toy::ensemble(problem, engine, journal, *executor), places, 0.4, make_seeds(1, "gate", 8));
 }
 
 TEST(ChooseTimeStep, TakesTheLargestWhereTheStepDoesNotMatter) {
@@ -61,23 +61,23 @@ TEST(DiscretisationError, IsWhatTheGateSawAndFallsBetween) {
 
 // An objective that is lowest at a large step must not draw the gate there.
 TEST(ChooseTimeStep, CannotBeDrawnToALargeStepByABetterScoreThere) {
-  const Problem problem = toy::problem({.parameters = {0.3, 0.3, 0.7}}, 5, 1);
-  const Simulator better_when_coarse = [](const SimulationRequest& request) {
-    ParameterSet shifted = request.parameters;
-    shifted.friction_particle_particle = 0.3 + (0.4 - request.time_step_fraction);
-    return SimulatedRun{.trajectories = toy::run(shifted, 1e-6, request.seed)};
-  };
+  const Problem problem = toy::problem({.parameters = toy::parameters(0.3, 0.3, 0.7)}, 5, 1);
+  const toy::ClosedEngine better_when_coarse([](const SimulationSpec& spec) {
+    ParameterSet shifted = spec.parameters;
+    shifted.set("friction_particle_particle", 0.3 + (0.4 - spec.time_step_fraction));
+    return toy::as_run(toy::run(shifted, 1e-6, spec.seed));
+  });
   const TimeStepChoice choice = choose(better_when_coarse, problem);
   EXPECT_LT(choice.fraction, 0.4);
   EXPECT_LT(choice.rows[0].objective, choice.rows[1].objective);  // it was indeed better there
 }
 
 TEST(ChooseTimeStep, PassesOverAFractionAtWhichRunsFail) {
-  const Simulator fails_when_coarse = [](const SimulationRequest& request) {
-    SimulatedRun run{.trajectories = toy::run(request.parameters, 0.002, request.seed)};
-    if (request.time_step_fraction > 0.3) run.status = RunStatus::unstable;
+  const toy::ClosedEngine fails_when_coarse([](const SimulationSpec& spec) {
+    EngineRun run = toy::as_run(toy::run(spec.parameters, 0.002, spec.seed));
+    if (spec.time_step_fraction > 0.3) run.status = RunStatus::unstable;
     return run;
-  };
+  });
   EXPECT_DOUBLE_EQ(choose(fails_when_coarse, toy::problem({}, 5, 1)).fraction, 0.2);
 }
 

@@ -4,7 +4,8 @@
 #include <boost/random/normal_distribution.hpp>
 #include <cmath>
 
-#include "calibrate/ensemble.h"
+#include "calibrate/observables/moments.h"
+#include "datasets/rigs/followed_grains.h"
 
 namespace graintruth::calibrate::toy {
 
@@ -13,6 +14,8 @@ datasets::Trajectories run(const ParameterSet& parameters, double noise, std::ui
   boost::random::normal_distribution<double> normal(0.0, noise);
   datasets::Trajectories tracks = datasets::make_trajectories(frames, particles, false);
   tracks.time = measurement_times(0.2, frames);
+  const double between = parameters.of("friction_particle_particle");
+  const double wall = parameters.of("friction_particle_wall");
   for (std::size_t particle = 0; particle < particles; ++particle) {
     // Every particle drifts by its own offset for the whole run, as real ones do.
     const double x_offset = normal(generator);
@@ -22,48 +25,92 @@ datasets::Trajectories run(const ParameterSet& parameters, double noise, std::ui
     for (std::size_t frame = 0; frame < frames; ++frame) {
       const double t = tracks.time[frame];
       tracks.poses[tracks.index(frame, particle)] = {
-          0.05 * p + 0.04 * t * parameters.friction_particle_particle + x_offset +
-              0.3 * normal(generator),
-          0.1 - 0.04 * t * (1.0 - parameters.friction_particle_wall * (1.0 + 0.1 * p)) + z_offset +
-              0.3 * normal(generator),
-          0.3 * p + 0.1 * t * parameters.friction_particle_particle + angle_offset +
-              0.3 * normal(generator)};
+          0.05 * p + 0.04 * t * between + x_offset + 0.3 * normal(generator),
+          0.1 - 0.04 * t * (1.0 - wall * (1.0 + 0.1 * p)) + z_offset + 0.3 * normal(generator),
+          0.3 * p + 0.1 * t * between + angle_offset + 0.3 * normal(generator)};
     }
   }
   return tracks;
 }
 
-Simulator simulator(double noise) {
-  return [noise](const SimulationRequest& request) {
-    // The time step adds an error that falls with its square.
-    ParameterSet shifted = request.parameters;
-    shifted.friction_particle_particle +=
-        0.2 * request.time_step_fraction * request.time_step_fraction;
-    return SimulatedRun{.trajectories = run(shifted, noise, request.seed),
-                        .time_step = 1e-5 * request.time_step_fraction,
-                        .seconds = 0.0};
-  };
+EngineRun as_run(datasets::Trajectories tracks) {
+  EngineRun run{.time_step = 1e-5};
+  run.recording.tracks = std::move(tracks);
+  return run;
+}
+
+ClosedEngine engine(double noise) {
+  return ClosedEngine([noise](const SimulationSpec& spec) {
+    ParameterSet shifted = spec.parameters;
+    shifted.set("friction_particle_particle",
+                shifted.of("friction_particle_particle") +
+                    0.2 * spec.time_step_fraction * spec.time_step_fraction);
+    EngineRun made = as_run(run(shifted, noise, spec.seed));
+    made.time_step = 1e-5 * spec.time_step_fraction;
+    return made;
+  });
+}
+
+std::vector<datasets::Recording> recordings(const Truth& truth,
+                                            int replicates,
+                                            std::uint64_t seed) {
+  std::vector<datasets::Recording> made;
+  for (const std::uint64_t replicate_seed : make_seeds(seed, "toy replicates", replicates))
+    made.push_back({.tracks = run(truth.parameters, truth.noise, replicate_seed)});
+  return made;
+}
+
+datasets::Experiment experiment(int replicates) {
+  datasets::Experiment made;
+  made.name = "toy";
+  datasets::Particle& particle = made.particle;
+  particle.count = particles;
+  particle.mass = 0.01;
+  particle.model = {.spheres = {{Eigen::Vector3d::Zero(), 0.01}}, .mass = 0.01};
+  particle.spheres = {{0.0, 0.01}};
+  particle.diameter = particle.length = particle.thickness = 0.02;
+  made.material = {.elastic_modulus = 1e9,
+                   .poisson_ratio = 0.3,
+                   .bench = {{"friction_particle_particle", {0.4, 0.0}},
+                             {"friction_particle_wall", {0.4, 0.0}},
+                             {"restitution", {0.8, 0.0}}}};
+  made.rig.walls = {{"floor", -1.0, 0.0, 1.0, 0.0}};
+  datasets::follow_grains({.particle = &particle}, made.rig);
+  made.measurement = {.frame_interval = 0.2, .frames = frames, .observables = {{.name = "tracks"}}};
+  made.tuned = {{"friction_particle_particle", 0.0, 0.6},
+                {"friction_particle_wall", 0.0, 0.7},
+                {"restitution", 0.3, 0.95}};
+  for (int i = 0; i < replicates; ++i)
+    made.replicates.push_back({.name = std::to_string(i + 1), .rig = made.rig});
+  return made;
 }
 
 Problem problem(const Truth& truth, int replicates, std::uint64_t seed) {
-  datasets::Experiment experiment;
-  experiment.name = "toy";
-  experiment.particle = {.count = particles, .spheres = {{0.0, 0.01}}, .mass = 0.01};
-  experiment.material = {.elastic_modulus = 1e9,
-                         .poisson_ratio = 0.3,
-                         .friction_particle_particle = {0.4, 0.0},
-                         .friction_particle_wall = {0.4, 0.0},
-                         .restitution = {0.8, 0.0}};
-  experiment.measurement = {.frame_interval = 0.2, .frames = frames};
-  experiment.tuned = {{"friction_particle_particle", 0.0, 0.6},
-                      {"friction_particle_wall", 0.0, 0.7},
-                      {"restitution", 0.3, 0.95}};
-  std::vector<datasets::Trajectories> tracks;
-  for (const std::uint64_t replicate_seed : make_seeds(seed, "toy replicates", replicates)) {
-    experiment.replicates.push_back({.name = std::to_string(tracks.size() + 1)});
-    tracks.push_back(run(truth.parameters, truth.noise, replicate_seed));
-  }
-  return make_problem(experiment, tracks);
+  return make_problem(experiment(replicates), recordings(truth, replicates, seed));
+}
+
+SimulatedRun compared(const Problem& problem, const datasets::Trajectories& tracks) {
+  return {.channels = problem.observables->measure(
+              {.tracks = tracks}, problem.situations.front(), &problem.measured.front())};
+}
+
+std::unique_ptr<Ensemble> ensemble(Problem& problem,
+                                   const Engine& engine,
+                                   Journal& journal,
+                                   Executor& executor) {
+  problem.engine = &engine;
+  return std::make_unique<Ensemble>(
+      scenes_of(problem, problem.calibrated_scenes, {}), journal, problem.calibrated, executor);
+}
+
+CalibrationResult calibrated(const Engine& engine,
+                             Problem problem,
+                             const CalibrationOptions& options) {
+  problem.engine = &engine;
+  Journal journal(":memory:");
+  const auto executor = make_executor("threads", options.jobs);
+  const std::array experiments = {CalibratedExperiment{problem.experiment.name, &problem}};
+  return calibrate(problem.experiment, experiments, journal, *executor, {}, options);
 }
 
 }  // namespace graintruth::calibrate::toy
