@@ -63,10 +63,10 @@ datasets::Experiment experiment_in(const ThesisData& thesis, const calibrate::Sc
   experiment.material = {.elastic_modulus = thesis.si(properties, "elastic_modulus"),
                          .poisson_ratio = thesis.number(properties, "poisson_ratio")};
   const sim::Clump& clump = bed.scene.types[bed.scene.bodies.front().type];
-  datasets::Particle& particle = experiment.particle;
-  particle.count = static_cast<int>(bed.scene.bodies.size());
-  particle.model = datasets::load_scene(scene_of_rig()).particles.front();
-  particle.model.mass = particle.mass = clump.mass;
+  datasets::SceneParticle model = datasets::load_scene(scene_of_rig()).particles.front();
+  model.mass = clump.mass;
+  experiment.particle =
+      datasets::particle_of(model, static_cast<int>(bed.scene.bodies.size()));
   datasets::Rig& rig = experiment.rig;
   for (const datasets::SceneWall& wall : datasets::load_scene(scene_of_rig()).walls) {
     const auto &from = wall.points[0], &to = wall.points[1];
@@ -76,7 +76,7 @@ datasets::Experiment experiment_in(const ThesisData& thesis, const calibrate::Sc
       rig.moving_face = {from.z(), from.x(), to.x(), wall.motion.velocity.z()};
     }
   }
-  datasets::follow_grains({.particle = &particle}, rig);
+  datasets::follow_grains({.particle = &experiment.particle}, rig);
   experiment.replicates = {{.name = "arrangement", .rig = rig}};
   return experiment;
 }

@@ -128,15 +128,20 @@ Particle read_particle(TomlSection section,
   return particle;
 }
 
-Particle particle_of(const SceneData& scene) {
+Particle particle_of(const SceneParticle& model, int count) {
   Particle particle;
-  if (scene.particles.empty()) return particle;
-  particle.model = scene.particles.front();
-  particle.count = static_cast<int>(scene.places.size());
-  for (const SceneParticle& one : scene.particles) particle.count += one.count;
-  particle.mass = particle.model.mass.value_or(std::numeric_limits<double>::quiet_NaN());
+  particle.count = count;
+  particle.model = model;
+  particle.mass = model.mass.value_or(std::numeric_limits<double>::quiet_NaN());
   use_model(particle);
   return particle;
+}
+
+Particle particle_of(const SceneData& scene) {
+  if (scene.particles.empty()) return {};
+  int count = static_cast<int>(scene.places.size());
+  for (const SceneParticle& one : scene.particles) count += one.count;
+  return particle_of(scene.particles.front(), count);
 }
 
 double largest_radius(const SceneParticle& model) {

@@ -47,8 +47,9 @@ struct Particle {
 Particle read_particle(TomlSection section,
                        const std::filesystem::path& folder,
                        std::vector<std::filesystem::path>& inputs);
-// That of a scene which brings its own; more than one kind of grain has the first one's looks. The
-// mass is that stated, else NaN.
+// As many grains as the model stands for one of. The mass is that stated, else NaN.
+Particle particle_of(const SceneParticle& model, int count);
+// That of a scene which brings its own; more than one kind of grain has the first one's looks.
 Particle particle_of(const SceneData& scene);
 
 // Of any sphere of the model, or half its width, m.

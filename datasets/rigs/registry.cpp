@@ -46,15 +46,12 @@ std::optional<double> RigSection::setting(std::string_view stem,
                                           Units units,
                                           const Range& range,
                                           Rig& rig) {
-  std::optional<double> value;
+  std::optional<double> value = rig_.optional_quantity(stem, units, range);
   if (replicate_ && states(*replicate_, stem, units)) {
     value = replicate_->quantity(stem, units, range);
-  } else {
-    value = rig_.optional_quantity(stem, units, range);
-    if (!value && replicate_) {
-      replicate_->fail(fmt::format("{}_{}", stem, units.back().suffix),
-                       "is missing; give it here or once in [rig]");
-    }
+  } else if (replicate_ && !value) {
+    replicate_->fail(fmt::format("{}_{}", stem, units.back().suffix),
+                     "is missing; give it here or once in [rig]");
   }
   if (value) rig.settings.push_back({std::string(stem), *value, units.front().suffix});
   return value;

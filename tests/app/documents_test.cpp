@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "datasets/parameters/parameter.h"
 #include "tests/app/laboratory.h"
 #include "tests/support/run_program.h"
 
@@ -95,12 +96,15 @@ TEST(Documents, TellEveryKeyOfAnExperimentFileAndNoOther) {
   std::string reader;
   for (const char* file : {"experiment.cpp", "joint_experiment.cpp", "tuned_parameters.cpp"})
     reader += content_of(source() / "datasets" / file);
-  Words keys = found(reader,
-                     std::regex("(?:quantity|whole_number|text|section|sections|rows|numbers|flag)"
-                                "\\(\\s*\"([a-z_]+)\""));
-  for (const std::string& key :
-       found(reader, std::regex("read_bench_value\\(section, \"([a-z_]+)\"")))
-    keys.insert(key);
+  for (const char* folder : {"datasets/experiment", "datasets/rigs", "calibrate/observables"})
+    for (const auto& entry : std::filesystem::directory_iterator(source() / folder))
+      if (entry.path().extension() == ".cpp") reader += content_of(entry.path());
+  Words keys = found(
+      reader,
+      std::regex("(?:quantity|whole_number|texts?|section|sections|rows|numbers|flag|setting)"
+                 "\\(\\s*\"([a-z_]+)\""));
+  for (const datasets::ParameterKind* kind : datasets::parameter_kinds())
+    if (!kind->is_of_a_wall) keys.insert(std::string(kind->name));
   ASSERT_GE(keys.size(), 40u);
 
   const std::string document = content_of(source() / "docs/experiment.md");
@@ -128,7 +132,7 @@ TEST(Documents, TellEveryKeyOfAnExperimentFileAndNoOther) {
 TEST(Documents, AnswerSentencesThatTheProgramSays) {
   std::string program;
   for (const char* folder : {"app", "tracking", "datasets", "calibrate", "reports"})
-    for (const auto& entry : std::filesystem::directory_iterator(source() / folder))
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(source() / folder))
       if (entry.path().extension() == ".cpp") program += content_of(entry.path());
   program = std::regex_replace(program, std::regex("\"\\s*\n\\s*\""), "");  // one literal
   int sentences = 0;

@@ -244,8 +244,9 @@ TEST_F(WeighedBin, ImpossibleCurvesAreRefusedInOneSentence) {
   write_curves(folder_);
   expect_refusal(calibrate(with(text, "discharge = \"narrow1.csv\"", "discharge = \"none.csv\"")),
                  {"experiment.toml:", "replicate.discharge", "none.csv"});
-  expect_refusal(calibrate(with(track_experiment(), "tracks = ", "discharge = ")),
-                 {"experiment.toml:", "replicate.discharge", "flat_bin_orifice"});
+  expect_refusal(
+      calibrate(with(track_experiment(), "tracks = \"rep1.csv\"", "discharge = \"wide1.csv\"")),
+      {"wide1.csv", "gives no tracks"});
   expect_refusal(calibrate(with(text, "name = \"narrow1\"", "scale_px_per_mm = 3")),
                  {"experiment.toml:", "scale_px_per_mm", "only known of tracks"});
 }

@@ -63,19 +63,15 @@ std::vector<datasets::Recording> recordings(const Truth& truth,
 datasets::Experiment experiment(int replicates) {
   datasets::Experiment made;
   made.name = "toy";
-  datasets::Particle& particle = made.particle;
-  particle.count = particles;
-  particle.mass = 0.01;
-  particle.model = {.spheres = {{Eigen::Vector3d::Zero(), 0.01}}, .mass = 0.01};
-  particle.spheres = {{0.0, 0.01}};
-  particle.diameter = particle.length = particle.thickness = 0.02;
+  made.particle = datasets::particle_of(
+      {.spheres = {{Eigen::Vector3d::Zero(), 0.01}}, .mass = 0.01}, particles);
   made.material = {.elastic_modulus = 1e9,
                    .poisson_ratio = 0.3,
                    .bench = {{"friction_particle_particle", {0.4, 0.0}},
                              {"friction_particle_wall", {0.4, 0.0}},
                              {"restitution", {0.8, 0.0}}}};
   made.rig.walls = {{"floor", -1.0, 0.0, 1.0, 0.0}};
-  datasets::follow_grains({.particle = &particle}, made.rig);
+  datasets::follow_grains({.particle = &made.particle}, made.rig);
   made.measurement = {.frame_interval = 0.2, .frames = frames, .observables = {{.name = "tracks"}}};
   made.tuned = {{"friction_particle_particle", 0.0, 0.6},
                 {"friction_particle_wall", 0.0, 0.7},

@@ -64,9 +64,9 @@ TEST(LoadExperiment, GivesEveryReplicateOfABinItsOwnOrificeAndFrameRate) {
   EXPECT_NEAR(experiment.particle.plate->semi_minor, 0.0053, 1e-15);
   const Experiment first = as_filmed(experiment, experiment.replicates[0]);
   const Experiment second = as_filmed(experiment, experiment.replicates[1]);
-  EXPECT_NEAR(first.rig.bin->orifice_width, 0.05, 1e-15);
+  EXPECT_NEAR(first.rig.opening->width(), 0.05, 1e-15);
   EXPECT_EQ(first.camera.frame_rate, 25.0);
-  EXPECT_NEAR(second.rig.bin->orifice_width, 0.06, 1e-15);
+  EXPECT_NEAR(second.rig.opening->width(), 0.06, 1e-15);
   EXPECT_EQ(second.camera.frame_rate, 50.0);
   // Side walls and the floor left and right of the orifice
   ASSERT_EQ(first.rig.walls.size(), 4U);
@@ -99,8 +99,8 @@ TEST(LoadExperiment, TheBundledOneIsInSiUnits) {
               0.02783,
               1e-12);
   EXPECT_NEAR(experiment.material.elastic_modulus, 6.89e9, 1.0);
-  ASSERT_TRUE(experiment.rig.piston.has_value());
-  EXPECT_NEAR(experiment.rig.piston->velocity_z, -0.046, 1e-15);
+  ASSERT_TRUE(experiment.rig.moving_face.has_value());
+  EXPECT_NEAR(experiment.rig.moving_face->velocity_z, -0.046, 1e-15);
   // The walls of geometry.toml: a column 135 mm wide under a V of 60 degrees, 300 mm high.
   ASSERT_EQ(experiment.rig.walls.size(), 4U);
   EXPECT_NEAR(experiment.rig.walls[2].to_x, -0.240705081, 1e-9);

@@ -69,7 +69,9 @@ SyntheticScene make_scene(const Look& look) {
   SyntheticScene scene;
   datasets::Experiment& experiment = scene.experiment;
   experiment.file = "drawn.toml";
-  experiment.particle = {static_cast<int>(poses_at(0).size()), {{0.0, radius}}, 0.0041};
+  experiment.particle =
+      datasets::particle_of({.spheres = {{Eigen::Vector3d::Zero(), radius}}, .mass = 0.0041},
+                            static_cast<int>(poses_at(0).size()));
   experiment.rig.walls = {{"left", -0.055, -0.05, -0.055, 0.05},
                           {"right", 0.055, -0.05, 0.055, 0.05}};
   experiment.rig.front_back_gap = 0.0105;

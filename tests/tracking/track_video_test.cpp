@@ -23,7 +23,8 @@ SyntheticScene make_scene() {
   SyntheticScene scene;
   datasets::Experiment& experiment = scene.experiment;
   experiment.file = "drawn.toml";
-  experiment.particle = {4, {{-0.0139, 0.0222}, {0.0139, 0.0222}}, 0.14};
+  experiment.particle = datasets::particle_of(
+      {.spheres = {{{-0.0139, 0.0, 0.0}, 0.0222}, {{0.0139, 0.0, 0.0}, 0.0222}}, .mass = 0.14}, 4);
   experiment.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2},
                           {"right", 0.085, -0.12, 0.085, 0.2}};
   experiment.rig.moving_face = datasets::MovingFace{-0.03, -0.085, 0.085, speed};
