@@ -64,6 +64,12 @@ std::string words_on(const calibrate::BinFits& fits) {
 
 }  // namespace
 
+bool runs_out(const datasets::Experiment& experiment) { return experiment.rig.bin.has_value(); }
+
+bool measures_flow(const datasets::Experiment& experiment) {
+  return runs_out(experiment) && experiment.particle.plate;
+}
+
 BinFilms measurable_films(const datasets::Experiment& experiment,
                           const TrackedFilms& films,
                           const datasets::RunFolder& folder) {

@@ -12,6 +12,10 @@
 
 namespace graintruth::app {
 
+// Whether particles run out of the rig of this experiment; whether films tell how many.
+bool runs_out(const datasets::Experiment& experiment);
+bool measures_flow(const datasets::Experiment& experiment);
+
 // Films of a bin that can be measured, and their tracks or discharge curves.
 struct BinFilms {
   datasets::Experiment experiment;  // with the replicates of these films alone

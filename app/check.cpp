@@ -136,14 +136,17 @@ void check_film(const Experiment& experiment,
                 const std::filesystem::path& picture,
                 Findings& findings) {
   FirstFrame frame;
+  datasets::TrackingSpec spec;
   try {
-    frame = look_at_first_frame(experiment, replicate, picture);
+    spec =
+        tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate), replicate.video);
+    frame = look_at_first_frame(spec, datasets::film_of(experiment, replicate), picture);
   } catch (const datasets::InputError& error) {
     findings.missing.emplace_back(error.what());
     return;
   }
   const std::string& film = replicate.video.string();
-  const double length = frame.declared_frames / experiment.camera.frame_rate;
+  const double length = frame.declared_frames / spec.camera.frame_rate;
   fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} fiducials found",
              replicate.name,
              frame.width,
@@ -151,7 +154,7 @@ void check_film(const Experiment& experiment,
              frame.declared_frames,
              length,
              frame.fiducials_found,
-             experiment.camera.fiducials.size());
+             spec.camera.fiducials.size());
   if (frame.residual) {
     fmt::print(", {:.3f} mm rms, {:.3f} px/mm", 1e3 * *frame.residual, 1e-3 * *frame.scale);
   }
@@ -163,7 +166,7 @@ void check_film(const Experiment& experiment,
                     "needed; the picture shows the dark dots that were seen.",
                     film,
                     frame.fiducials_found,
-                    experiment.camera.fiducials.size()));
+                    spec.camera.fiducials.size()));
   } else if (*frame.residual > blurred_residual) {
     findings.doubtful.push_back(
         fmt::format("{}: the fiducials lie {:.2f} mm (rms) off their places; measure them again.",
@@ -180,13 +183,13 @@ void check_film(const Experiment& experiment,
         last_time(experiment)));
   }
   const double declared = frame.declared_frame_rate;
-  if (declared > 0.0 && std::abs(declared / experiment.camera.frame_rate - 1.0) > 0.01) {
+  if (declared > 0.0 && std::abs(declared / spec.camera.frame_rate - 1.0) > 0.01) {
     findings.doubtful.push_back(
         fmt::format("{}: the film's header says {:.4g} frames/s, the experiment file {:.4g}; the "
                     "experiment file is believed.",
                     film,
                     declared,
-                    experiment.camera.frame_rate));
+                    spec.camera.frame_rate));
   }
 }
 
@@ -277,9 +280,7 @@ Findings look_at(const CheckCommand& command,
   std::vector<calibrate::BinRecord> records;
   for (const datasets::Replicate& replicate : experiment.replicates) {
     if (!replicate.video.empty()) {
-      const Experiment recorded =
-          tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
-      check_film(recorded, replicate, out / "check" / (replicate.name + ".png"), findings);
+      check_film(experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
       continue;
     }
     try {

@@ -10,6 +10,7 @@
 #include "tracking/camera.h"
 #include "tracking/drawing.h"
 #include "tracking/fiducials.h"
+#include "tracking/registry.h"
 #include "tracking/video.h"
 
 namespace graintruth::app {
@@ -23,23 +24,14 @@ const cv::Scalar missed_colour(30, 30, 220);
 
 cv::Point2d pixel(const Eigen::Vector2d& at) { return {at.x(), at.y()}; }
 
-// Outlines of the balls at each nominal starting place, with the particle's number.
+// The particles at each nominal starting place, with their numbers.
 void draw_starts(cv::Mat& picture,
                  const tracking::Camera& camera,
-                 const datasets::Experiment& experiment) {
-  std::vector<Eigen::Vector2d> outline(72);
-  for (std::size_t n = 0; n < experiment.starts.size(); ++n) {
-    const datasets::StartPlace& start = experiment.starts[n];
-    for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
-      tracking::sphere_outline(camera,
-                               start.x + sphere.offset * std::cos(start.angle),
-                               start.z + sphere.offset * std::sin(start.angle),
-                               sphere.radius,
-                               outline);
-      std::vector<cv::Point> points;
-      for (const Eigen::Vector2d& at : outline) points.emplace_back(pixel(at));
-      cv::polylines(picture, points, true, particle_colour, 1, cv::LINE_AA);
-    }
+                 const tracking::ParticleTracker& tracker,
+                 const std::vector<datasets::StartPlace>& starts) {
+  for (std::size_t n = 0; n < starts.size(); ++n) {
+    const datasets::StartPlace& start = starts[n];
+    tracker.draw(picture, camera, {n, {start.x, start.z, start.angle}, particle_colour});
     // Black on a broad white edge, to be read on balls of any colour.
     const std::string number = std::to_string(n + 1);
     const cv::Size size = cv::getTextSize(number, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr);
@@ -86,16 +78,15 @@ void write_picture(const std::filesystem::path& file, const cv::Mat& picture) {
 
 }  // namespace
 
-void require_first_frame(const datasets::Experiment& experiment,
-                         const datasets::Replicate& replicate) {
-  tracking::VideoReader(replicate.video, experiment.camera.frame_rate);
+void require_first_frame(const datasets::TrackingSpec& spec, const datasets::Film& film) {
+  tracking::VideoReader(film.video, spec.camera.frame_rate);
 }
 
-FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
-                               const datasets::Replicate& replicate,
+FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
+                               const datasets::Film& film,
                                const std::filesystem::path& picture_file) {
   // 1. The frame
-  tracking::VideoReader reader(replicate.video, experiment.camera.frame_rate);
+  tracking::VideoReader reader(film.video, spec.camera.frame_rate);
   cv::Mat picture;
   reader.read(picture);
   cv::Mat grey;
@@ -107,13 +98,13 @@ FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
                    .declared_frame_rate = reader.declared_frame_rate()};
 
   // 2. The camera
-  const auto& fiducials = experiment.camera.fiducials;
-  const auto sightings = tracking::find_fiducials(grey, fiducials, experiment.camera.pixel_aspect);
+  const auto& fiducials = spec.camera.fiducials;
+  const auto sightings = tracking::find_fiducials(grey, fiducials, spec.camera.pixel_aspect);
   frame.fiducials_found = static_cast<int>(sightings.size());
   std::optional<tracking::Calibration> calibration;
   try {
     calibration = tracking::calibrate(
-        fiducials, sightings, frame.width, frame.height, experiment.camera.pixel_aspect);
+        fiducials, sightings, frame.width, frame.height, spec.camera.pixel_aspect);
   } catch (const datasets::InputError&) {
     // Fewer than four dots agree with each other: said by the missing residual.
   }
@@ -128,12 +119,11 @@ FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
       z += fiducial.z / static_cast<double>(fiducials.size());
     }
     frame.scale = calibration->camera.scale(x, z);
-    tracking::draw_rig(picture, calibration->camera, experiment.rig, 0.0, rig_colour, 1);
-    draw_starts(picture, calibration->camera, experiment);
+    tracking::draw_rig(picture, calibration->camera, spec.rig, 0.0, rig_colour, 1);
+    draw_starts(picture, calibration->camera, *tracking::make_tracker(spec, film), spec.starts);
     draw_fiducials(picture, calibration->camera, fiducials, sightings);
   } else {
-    for (const tracking::DarkDot& dot :
-         tracking::find_dark_dots(grey, experiment.camera.fiducials)) {
+    for (const tracking::DarkDot& dot : tracking::find_dark_dots(grey, spec.camera.fiducials)) {
       cv::circle(picture,
                  pixel(dot.centre),
                  static_cast<int>(std::lround(0.5 * dot.diameter)) + 3,

@@ -5,13 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 
 namespace graintruth::app {
 
 // Throws datasets::InputError where no frame of the film can be read.
-void require_first_frame(const datasets::Experiment& experiment,
-                         const datasets::Replicate& replicate);
+void require_first_frame(const datasets::TrackingSpec& spec, const datasets::Film& film);
 
 struct FirstFrame {
   int width = 0, height = 0;         // px
@@ -23,11 +22,11 @@ struct FirstFrame {
 };
 
 // Looks for the fiducials and calibrates the camera where at least four are found; then writes
-// `picture`, the frame with what the experiment file says drawn over it: walls and piston, the
+// `picture`, the frame with what the experiment file says drawn over it: rig, the
 // particles' starting places, fiducials found and missed. Without a calibration it shows every dark
 // dot that could be a fiducial. Throws datasets::InputError where no frame can be read.
-FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
-                               const datasets::Replicate& replicate,
+FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
+                               const datasets::Film& film,
                                const std::filesystem::path& picture);
 
 }  // namespace graintruth::app

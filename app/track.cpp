@@ -14,7 +14,7 @@ int run_track(const TrackCommand& command) {
   const std::string text = datasets::read_whole(session.folder().tracking());
   const auto tracking = nlohmann::json::parse(text);
   std::string measured;
-  if (session.experiment().rig.bin && session.experiment().particle.plate)
+  if (measures_flow(session.experiment()))
     measured = write_bulk_measurements(
         measurable_films(session.experiment(), session.films(), session.folder()),
         session.folder());
@@ -33,14 +33,7 @@ int run_track(const TrackCommand& command) {
         100.0 * film["completeness"].get<double>(),
         film["calibration_rms_mm"].get<double>(),
         film["event_time_s"].get<double>());
-    if (film.contains("bed")) {
-      const auto& bed = film["bed"];
-      fmt::print("  {} particles in the first frame", bed["particles_in_first_frame"].get<int>());
-      const int ran_out = bed["discharged"].get<int>(), remain = bed["remaining"].get<int>();
-      // Of a smeared film nobody knows
-      if (ran_out + remain > 0) fmt::print(", {} ran out, {} remain", ran_out, remain);
-      fmt::print("\n");
-    }
+    for (const auto& found : film["findings"]) fmt::print("  {}\n", found.get<std::string>());
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }

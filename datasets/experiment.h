@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "datasets/experiment/camera.h"
 #include "datasets/track_files.h"
 
 namespace graintruth::datasets {
@@ -91,21 +92,6 @@ struct StartPlace {
   double angle = 0.0;       // rad
 };
 
-// A dark disc on a light ground, in the plane of the particle centres.
-struct Fiducial {
-  double x = 0.0, z = 0.0;  // m, centre
-  double diameter = 0.0;    // m
-};
-
-struct Camera {
-  double frame_rate = 0.0;    // Hz, true rate of the recording
-  double pixel_aspect = 1.0;  // width of a pixel over its height
-  std::vector<Fiducial> fiducials;
-  // When the event should be seen, in seconds of film, if the laboratory noted it. Only checks what
-  // is found.
-  std::optional<double> noted_event_time;
-};
-
 struct Replicate {
   std::string name;                     // stem of the file unless given
   std::filesystem::path video;          // exactly one of these three is given
@@ -158,7 +144,7 @@ struct Experiment {
   std::filesystem::path file;
   std::string name;  // stem of the file: names the run folder
   std::string title;
-  std::string note;  // provenance that every report must repeat, e.g. that films are synthetic
+  std::string note;     // provenance that every report must repeat, e.g. that films are synthetic
   std::string part_of;  // title of the joint calibration that it is read for; empty: none
   Particle particle;
   Material material;

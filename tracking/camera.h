@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/camera.h"
 
 namespace graintruth::tracking {
 

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/camera.h"
 #include "tracking/camera.h"
 
 namespace graintruth::tracking {

@@ -15,43 +15,43 @@ namespace {
 constexpr std::size_t fewest = 4;  // fiducials that fix a camera
 }
 
-FilmCamera calibrate_on(const datasets::Experiment& experiment,
+FilmCamera calibrate_on(const datasets::Camera& stated,
                         const cv::Mat& first_frame,
-                        const std::string& where) {
-  const auto& given = experiment.camera.fiducials;
+                        const datasets::Film& where) {
+  const auto& given = stated.fiducials;
   if (given.size() < fewest) {
     throw InputError(fmt::format(
         "{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
         "calibrate the camera",
-        experiment.file.string(),
+        where.experiment.string(),
         given.size(),
         fewest));
   }
   cv::Mat grey;
   cv::cvtColor(first_frame, grey, cv::COLOR_BGR2GRAY);
   FilmCamera film;
-  film.sightings = find_fiducials(grey, given, experiment.camera.pixel_aspect);
+  film.sightings = find_fiducials(grey, given, stated.pixel_aspect);
   if (film.sightings.size() < fewest) {
     throw InputError(fmt::format(
         "{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
         "check that the dots are dark on a light ground, unobstructed, and that their "
         "positions in the experiment file are right",
-        where,
+        where.video.string(),
         film.sightings.size(),
         given.size(),
         fewest));
   }
-  film.calibration =
-      calibrate(given, film.sightings, grey.cols, grey.rows, experiment.camera.pixel_aspect);
+  film.calibration = calibrate(given, film.sightings, grey.cols, grey.rows, stated.pixel_aspect);
   return film;
 }
 
 void describe_camera(const FilmCamera& film,
-                     const datasets::Experiment& experiment,
-                     double pixel,
+                     const datasets::Camera& stated,
                      TrackingSummary& summary) {
   const Calibration& calibration = film.calibration;
-  summary.fiducials_given = static_cast<int>(experiment.camera.fiducials.size());
+  const datasets::Fiducial& any = stated.fiducials.front();
+  const double pixel = 1.0 / calibration.camera.scale(any.x, any.z);  // m
+  summary.fiducials_given = static_cast<int>(stated.fiducials.size());
   summary.fiducials_found = static_cast<int>(film.sightings.size());
   summary.fiducials_used = static_cast<int>(calibration.used.size());
   summary.distortion_k1 = calibration.camera.k1();
@@ -75,12 +75,12 @@ void describe_camera(const FilmCamera& film,
   }
   // A tilt of some degrees looks like a per cent or two
   constexpr double aspect_tolerance = 0.03;
-  if (std::abs(summary.pixel_aspect / experiment.camera.pixel_aspect - 1.0) > aspect_tolerance) {
+  if (std::abs(summary.pixel_aspect / stated.pixel_aspect - 1.0) > aspect_tolerance) {
     summary.warn(fmt::format(
         "The fiducials show pixels {:.3f} times as wide as high but camera.pixel_aspect "
         "is {:.3f}; what the fiducials show was used.",
         summary.pixel_aspect,
-        experiment.camera.pixel_aspect));
+        stated.pixel_aspect));
   }
   if (calibration.rms > 0.5 * pixel) {
     summary.fail(

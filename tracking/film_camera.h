@@ -2,13 +2,12 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "tracking/fiducials.h"
 #include "tracking/steady_view.h"
-#include "tracking/track_video.h"
+#include "tracking/tracking_summary.h"
 
 namespace graintruth::tracking {
 
@@ -17,16 +16,14 @@ struct FilmCamera {
   std::vector<FiducialSighting> sightings;
 };
 
-// Throws InputError where too few fiducials are given or found; `where` names the film.
-FilmCamera calibrate_on(const datasets::Experiment& experiment,
+// Throws InputError where too few fiducials are given or found.
+FilmCamera calibrate_on(const datasets::Camera& stated,
                         const cv::Mat& first_frame,
-                        const std::string& where);
+                        const datasets::Film& where);
 
-// Figures of the calibration, and sentences where it is doubtful. `pixel` is the width of a pixel
-// where the particles are, m.
+// Figures of the calibration, and sentences where it is doubtful.
 void describe_camera(const FilmCamera& film,
-                     const datasets::Experiment& experiment,
-                     double pixel,
+                     const datasets::Camera& stated,
                      TrackingSummary& summary);
 
 // Sentences where the camera did not stand still, or nobody can tell.

@@ -27,7 +27,7 @@ struct RayHit {
       Eigen::Vector3d::Zero();  // of displacement by ball (x, z, radius), px/m
 };
 
-double distance_to_segment(const Eigen::Vector2d& point, const datasets::Wall& wall) {
+double distance_to_segment(const Eigen::Vector2d& point, const datasets::Segment& wall) {
   const Eigen::Vector2d from(wall.from_x, wall.from_z),
       along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
   const double square = along.squaredNorm();

@@ -16,11 +16,11 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// When the particles that rest on the piston's face at first follow it, by their mean height.
+// When the particles that rest on the moving face at first follow it, by their mean height.
 std::optional<Event> fit_onset_of_resting(const FilmView& view,
                                           const std::vector<BodyTrack>& tracks) {
-  const datasets::Piston& piston = *view.experiment.rig.piston;
-  const double interval = 1.0 / view.experiment.camera.frame_rate;
+  const datasets::MovingFace& face = *view.spec.rig.face;
+  const double interval = 1.0 / view.spec.camera.frame_rate;
   HeightRecord resting;
   const double reach = 0.15 * view.shape.radius[0];
   std::vector<std::size_t> on_face;
@@ -30,8 +30,8 @@ std::optional<Event> fit_onset_of_resting(const FilmView& view,
     const double lowest =
         std::min(centres[0].y() - view.shape.radius[0], centres[1].y() - view.shape.radius[1]);
     const double middle = tracks[body].fits[0]->pose.x;
-    if (middle > piston.left_x && middle < piston.right_x && lowest < piston.face_z + reach &&
-        lowest > piston.face_z - reach)
+    if (middle > face.left_x && middle < face.right_x && lowest < face.z + reach &&
+        lowest > face.z - reach)
       on_face.push_back(body);
   }
   if (on_face.empty()) return std::nullopt;
@@ -44,7 +44,7 @@ std::optional<Event> fit_onset_of_resting(const FilmView& view,
     resting.time.push_back(static_cast<double>(frame) * interval);
     resting.height.push_back(sum / static_cast<double>(on_face.size()));
   }
-  return fit_onset(resting, piston.velocity_z);
+  return fit_onset(resting, face.velocity_z);
 }
 
 // The first of three frames in a row in which any particle is away from its rest by five times the
@@ -83,13 +83,14 @@ int first_moved_frame(const FilmView& view, const std::vector<BodyTrack>& tracks
 
 Event find_start(const FilmView& view,
                  const std::vector<BodyTrack>& tracks,
+                 const std::string& where,
                  TrackingSummary& summary) {
-  const double interval = 1.0 / view.experiment.camera.frame_rate;
-  const auto& noted = view.experiment.camera.noted_event_time;
+  const double interval = 1.0 / view.spec.camera.frame_rate;
+  const auto& noted = view.spec.camera.noted_event_time;
   std::optional<Event> event;
-  if (view.piston) {
-    const datasets::Piston& piston = *view.experiment.rig.piston;
-    event = fit_onset(view.piston->record(), piston.velocity_z);
+  if (view.face) {
+    const datasets::MovingFace& face = *view.spec.rig.face;
+    event = fit_onset(view.face->record(), face.velocity_z);
     // Second witness: the particles that rest on the face at first
     const std::optional<Event> witness = fit_onset_of_resting(view, tracks);
     if (!event && witness) {
@@ -107,13 +108,13 @@ Event find_start(const FilmView& view,
           event->time,
           witness->time));
     }
-    if (event && std::abs(event->speed / piston.velocity_z - 1.0) > 0.05) {
+    if (event && std::abs(event->speed / face.velocity_z - 1.0) > 0.05) {
       summary.warn(
           fmt::format("The piston moves at {:.1f} mm/s on the film but the experiment says {:.1f} "
                       "mm/s: frame rate, scale "
                       "or speed is wrong.",
                       1.0e3 * event->speed,
-                      1.0e3 * piston.velocity_z));
+                      1.0e3 * face.velocity_z));
     }
   } else {
     const int earliest = first_moved_frame(view, tracks);
@@ -129,7 +130,7 @@ Event find_start(const FilmView& view,
       throw InputError(fmt::format(
           "{}: the start of motion cannot be found on the film (it must show at least a few "
           "frames before it); cut the film less closely or give camera.noted_event_s",
-          view.where));
+          where));
     }
     event.emplace();
     event->time = *noted;

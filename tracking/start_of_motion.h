@@ -1,6 +1,7 @@
-// Time zero of a film of balls: when the piston starts, or where there is none the first particle.
+// Time zero of a film of balls: when a face starts, or where there is none the first particle.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "tracking/body_follower.h"
@@ -12,6 +13,7 @@ namespace graintruth::tracking {
 // what the laboratory noted is off. Throws InputError where nothing tells.
 Event find_start(const FilmView& view,
                  const std::vector<BodyTrack>& tracks,
+                 const std::string& where,
                  TrackingSummary& summary);
 
 }  // namespace graintruth::tracking

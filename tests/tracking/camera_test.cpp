@@ -103,13 +103,11 @@ TEST(Calibration, TellsOfPixelsThatAreNotAsStated) {
   const Camera truth = make_camera(720, 576, 0.0, 0.0, 1.9, 1000.0, -0.1, 0.0, 1.067);
   const Layout layout = see(truth, 10, 0.02);
   const auto warnings_where_stated = [&](double aspect) {
-    datasets::Experiment experiment;
-    experiment.camera.pixel_aspect = aspect;
-    experiment.camera.fiducials = layout.fiducials;
+    const datasets::Camera stated{.pixel_aspect = aspect, .fiducials = layout.fiducials};
     const FilmCamera film{calibrate(layout.fiducials, layout.sightings, 720, 576, aspect),
                           layout.sightings};
     TrackingSummary summary;
-    describe_camera(film, experiment, 1.0e-3, summary);
+    describe_camera(film, stated, summary);
     return summary.warnings;
   };
   EXPECT_TRUE(warnings_where_stated(1.067).empty());

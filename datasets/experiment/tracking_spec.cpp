@@ -1,0 +1,118 @@
+#include "datasets/experiment/tracking_spec.h"
+
+#include "datasets/store/archive.h"
+#include "datasets/store/fingerprint.h"
+
+namespace graintruth::datasets {
+
+template <class Archive>
+void list_fields(Archive& archive, AxialSphere& sphere) {
+  auto& [offset, radius] = sphere;
+  archive("offset", offset)("radius", radius);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, SeenBody& body) {
+  auto& [kind, balls, lengths, count] = body;
+  archive("kind", kind)("balls", balls)("lengths", lengths)("count", count);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, Fiducial& fiducial) {
+  auto& [x, z, diameter] = fiducial;
+  archive("x", x)("z", z)("diameter", diameter);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, Camera& camera) {
+  auto& [frame_rate, pixel_aspect, fiducials, noted_event_time] = camera;
+  archive("frame_rate", frame_rate)("pixel_aspect", pixel_aspect)("fiducials", fiducials)(
+      "noted_event_time", noted_event_time);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, StartPlace& start) {
+  auto& [x, z, angle] = start;
+  archive("x", x)("z", z)("angle", angle);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, Segment& segment) {
+  auto& [from_x, from_z, to_x, to_z] = segment;
+  archive("from_x", from_x)("from_z", from_z)("to_x", to_x)("to_z", to_z);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, MovingFace& face) {
+  auto& [z, left_x, right_x, velocity_z] = face;
+  archive("z", z)("left_x", left_x)("right_x", right_x)("velocity_z", velocity_z);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, OpenBox& box) {
+  auto& [width, height, opening] = box;
+  archive("width", width)("height", height)("opening", opening);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, SeenRig& rig) {
+  auto& [walls, face, box, pane_gap, gravity] = rig;
+  archive("walls", walls)("face", face)("box", box)("pane_gap", pane_gap)("gravity", gravity);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, TrackingSpec& spec) {
+  auto& [tracker, film_hash, corrections_hash, body, camera, starts, rig] = spec;
+  archive("tracker", tracker)("film_hash", film_hash)("corrections_hash", corrections_hash)(
+      "body", body)("camera", camera)("starts", starts)("rig", rig);
+}
+
+namespace {
+
+SeenBody seen_body(const Particle& particle) {
+  SeenBody body{.kind = "balls", .balls = particle.spheres, .count = particle.count};
+  if (const auto& plate = particle.plate) {
+    body.kind = "plate";
+    body.balls.clear();
+    body.lengths = {{"semi_major", plate->semi_major},
+                    {"semi_minor", plate->semi_minor},
+                    {"thickness", plate->thickness}};
+  }
+  return body;
+}
+
+SeenRig seen_rig(const Rig& rig) {
+  SeenRig seen{.pane_gap = rig.front_back_gap, .gravity = rig.gravity};
+  for (const Wall& wall : rig.walls)
+    seen.walls.push_back({wall.from_x, wall.from_z, wall.to_x, wall.to_z});
+  if (const auto& piston = rig.piston)
+    seen.face = {piston->face_z, piston->left_x, piston->right_x, piston->velocity_z};
+  if (const auto& bin = rig.bin) seen.box = {bin->width, bin->height, bin->orifice_width};
+  return seen;
+}
+
+}  // namespace
+
+Film film_of(const Experiment& experiment, const Replicate& replicate) {
+  return {replicate.name, replicate.video, replicate.corrections, experiment.file};
+}
+
+TrackingSpec make_tracking_spec(const Experiment& experiment, const Replicate& replicate) {
+  const Experiment filmed = as_filmed(experiment, replicate);
+  return {.film_hash = file_hash(replicate.video),
+          .corrections_hash = replicate.corrections.empty() ? "" : file_hash(replicate.corrections),
+          .body = seen_body(filmed.particle),
+          .camera = filmed.camera,
+          .starts = filmed.starts,
+          .rig = seen_rig(filmed.rig)};
+}
+
+std::string fingerprint(const TrackingSpec& spec) { return content_hash(json_text(spec)); }
+
+std::string json_text(const TrackingSpec& spec) { return to_json(spec).dump(); }
+
+TrackingSpec read_tracking_spec(const std::string& json) {
+  return from_json<TrackingSpec>(Json::parse(json));
+}
+
+}  // namespace graintruth::datasets
