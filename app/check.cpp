@@ -147,30 +147,27 @@ void check_film(const Experiment& experiment,
   }
   const std::string& film = replicate.video.string();
   const double length = frame.declared_frames / spec.camera.frame_rate;
-  fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} fiducials found",
+  fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} {} found",
              replicate.name,
              frame.width,
              frame.height,
              frame.declared_frames,
              length,
-             frame.fiducials_found,
-             spec.camera.fiducials.size());
+             frame.found,
+             frame.given,
+             frame.scale_from);
   if (frame.residual) {
     fmt::print(", {:.3f} mm rms, {:.3f} px/mm", 1e3 * *frame.residual, 1e-3 * *frame.scale);
   }
   fmt::print("\n            {}\n", picture.string());
 
   if (!frame.residual) {
-    findings.missing.push_back(
-        fmt::format("{}: only {} of {} fiducials were found in the first frame, at least 4 are "
-                    "needed; the picture shows the dark dots that were seen.",
-                    film,
-                    frame.fiducials_found,
-                    spec.camera.fiducials.size()));
+    findings.missing.push_back(frame.complaint + "; the picture shows what was seen.");
   } else if (*frame.residual > blurred_residual) {
     findings.doubtful.push_back(
-        fmt::format("{}: the fiducials lie {:.2f} mm (rms) off their places; measure them again.",
+        fmt::format("{}: the {} lie {:.2f} mm (rms) off their places; measure them again.",
                     film,
+                    frame.scale_from,
                     1e3 * *frame.residual));
   }
   // A bin is measured until it has run out, however long that takes.

@@ -9,8 +9,8 @@
 #include "app/interrupt.h"
 #include "calibrate/bin_simulator.h"
 #include "calibrate/dem_simulator.h"
-#include "reports/report.h"
 #include "datasets/store/fingerprint.h"
+#include "reports/report.h"
 
 namespace graintruth::app {
 
@@ -26,7 +26,11 @@ std::filesystem::path folder_for(const CommonOptions& options,
 Session::Session(std::string verb,
                  const CommonOptions& options,
                  const std::filesystem::path& experiment_file)
-    : Session(std::move(verb), options, datasets::load_experiment(experiment_file)) {}
+    : Session(verb,
+              options,
+              datasets::load_experiment(experiment_file,
+                                        verb == "track" ? datasets::Purpose::tracking
+                                                        : datasets::Purpose::calibration)) {}
 
 Session::Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment)
     : options_(options),

@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "datasets/experiment/pictures.h"
 #include "datasets/input_error.h"
 #include "datasets/toml_section.h"
 #include "datasets/tuned_parameters.h"
@@ -21,10 +22,16 @@ BenchValue read_bench_value(TomlSection& section, const std::string& name) {
           section.optional_quantity(name + "_uncertainty", plain, not_negative).value_or(0.0)};
 }
 
-Particle read_particle(TomlSection section) {
+Particle read_particle(TomlSection section, Purpose purpose) {
+  const bool only_tracked = purpose == Purpose::tracking;
   Particle particle;
-  particle.count = section.whole_number("count", 1, 100000);
-  particle.mass = section.quantity("mass", mass_units, positive);
+  const auto count = section.optional_whole_number("count", 1, 100000);
+  particle.mass = section.optional_quantity("mass", mass_units, positive).value_or(0.0);
+  if (section.has("body")) particle.body = read_named_body(section);
+  // Bodies of their own kind may come and go
+  if (!count && !(only_tracked && particle.body)) section.whole_number("count", 1, 100000);
+  if (particle.mass == 0.0 && !only_tracked) section.quantity("mass", mass_units, positive);
+  particle.count = count.value_or(0);
   for (TomlSection& sphere : section.sections("spheres")) {
     particle.spheres.push_back({sphere.quantity("offset", length_units),
                                 sphere.quantity("radius", length_units, positive)});
@@ -40,7 +47,9 @@ Particle read_particle(TomlSection section) {
     }
     plate->finish();
   }
-  if (particle.spheres.empty() && !particle.plate) {
+  if (particle.plate && particle.body)
+    section.fail("body", "is given beside 'plate'; keep one of them");
+  if (particle.spheres.empty() && !particle.plate && !(only_tracked && particle.body)) {
     section.fail("spheres",
                  "is missing; write spheres = [{offset_mm = ..., radius_mm = ...}, ...]");
   }
@@ -191,7 +200,7 @@ const char* read_file(TomlSection& section,
   if (discharge && !bin) section.fail("discharge", "needs a rig of kind 'flat_bin_orifice'");
   const char* key = video ? "video" : tracks ? "tracks" : "discharge";
   const std::filesystem::path path = folder / (video ? *video : tracks ? *tracks : *discharge);
-  if (!std::filesystem::is_regular_file(path))
+  if (!(video ? is_film(path) : std::filesystem::is_regular_file(path)))
     section.fail(key, fmt::format("names '{}', but there is no such file", path.string()));
   (video ? replicate.video : tracks ? replicate.tracks : replicate.discharge) = path;
   return key;
@@ -230,15 +239,23 @@ void read_source(TomlSection& section, Replicate& replicate) {
   }
 }
 
+// Of pictures that a pattern names that of their folder.
+std::string usual_name(const std::filesystem::path& file) {
+  const bool is_pattern = file.filename().string().find('*') != std::string::npos;
+  const bool is_folder = !file.has_filename();  // its path ends with a slash
+  return (is_pattern || is_folder ? file.parent_path().filename() : file.stem()).string();
+}
+
 std::vector<Replicate> read_replicates(TomlSection& root,
                                        const std::filesystem::path& folder,
-                                       const std::optional<FlatBin>& bin) {
+                                       const std::optional<FlatBin>& bin,
+                                       Purpose purpose) {
   std::vector<Replicate> replicates;
   std::set<std::string> names;
   for (TomlSection& section : root.sections("replicate")) {
     Replicate replicate;
     const char* key = read_file(section, folder, bin, replicate);
-    replicate.name = section.optional_text("name").value_or(replicate.file().stem().string());
+    replicate.name = section.optional_text("name").value_or(usual_name(replicate.file()));
     if (replicate.name.empty() || replicate.name.find('/') != std::string::npos) {
       section.fail("name", "must be a plain file name");
     }
@@ -268,7 +285,9 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     section.finish();
     replicates.push_back(std::move(replicate));
   }
-  if (replicates.size() < 2) {
+  if (replicates.empty() && purpose == Purpose::tracking)
+    root.fail("replicate", "is missing; write [[replicate]] and video = \"...\" for each film");
+  if (replicates.size() < 2 && purpose == Purpose::calibration) {
     root.fail(
         "replicate",
         fmt::format("is given {} time(s), but at least 2 replicates are needed: the spread between "
@@ -311,7 +330,7 @@ std::string experiment_name(const std::filesystem::path& file) {
              : file.stem().string();
 }
 
-Experiment load_experiment(const std::filesystem::path& file) {
+Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   const toml::table parsed = parse_toml(file);
   TomlSection root(parsed, file, "");
   if (root.has("experiment") && !root.has("particle")) {
@@ -322,17 +341,21 @@ Experiment load_experiment(const std::filesystem::path& file) {
   Experiment experiment;
   experiment.file = file;
   experiment.name = experiment_name(file);
-  experiment.title = root.text("title");
+  // What a calibration cannot do without; of a film that is only tracked, what is there
+  const bool only_tracked = purpose == Purpose::tracking;
+  const auto is_read = [&](const char* key) { return !only_tracked || root.has(key); };
+  experiment.title = is_read("title") ? root.text("title") : experiment.name;
   experiment.note = root.optional_text("note").value_or("");
-  experiment.particle = read_particle(root.section("particle"));
-  experiment.material = read_material(root.section("material"));
-  experiment.rig = read_rig(root.section("rig"));
+  experiment.particle = read_particle(root.section("particle"), purpose);
+  if (is_read("material")) experiment.material = read_material(root.section("material"));
+  if (is_read("rig")) experiment.rig = read_rig(root.section("rig"));
   experiment.starts = read_starts(root, experiment.particle.count);
-  experiment.replicates = read_replicates(root, file.parent_path(), experiment.rig.bin);
+  experiment.replicates = read_replicates(root, file.parent_path(), experiment.rig.bin, purpose);
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
   // A camera is only needed by those who filmed.
-  if (films || root.has("camera")) experiment.camera = read_camera(root.section("camera"), films);
+  if (films || root.has("camera"))
+    experiment.camera = read_camera(root.section("camera"), file.parent_path(), films);
   for (Replicate& replicate : experiment.replicates)
     replicate.source.usual_frame_rate = experiment.camera.frame_rate;
   if (auto section = root.optional_section("measure"))

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "datasets/experiment/camera.h"
+#include "datasets/experiment/named_body.h"
 #include "datasets/track_files.h"
 
 namespace graintruth::datasets {
@@ -38,10 +39,11 @@ struct EllipticalPlate {
 };
 
 struct Particle {
-  int count = 0;                         // how many lie in the rig
+  int count = 0;                         // how many lie in the rig; 0 where a film need not tell
   std::vector<AxialSphere> spheres;      // at least one, unless the particle is a plate
   double mass = 0.0;                     // kg
   std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
+  std::optional<NamedBody> body;         // the same, of other kinds
 };
 
 struct Material {
@@ -162,10 +164,15 @@ struct Experiment {
 // is called experiment.toml.
 std::string experiment_name(const std::filesystem::path& file);
 
+// What an experiment file is read for. Films can be tracked without a rig, materials, masses or a
+// second replicate; what is given is checked all the same.
+enum class Purpose { calibration, tracking };
+
 // Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key
 // for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does
 // not open videos, tracks or curves, but they must exist.
-Experiment load_experiment(const std::filesystem::path& file);
+Experiment load_experiment(const std::filesystem::path& file,
+                           Purpose purpose = Purpose::calibration);
 
 // The experiment as one replicate was made and filmed: with its own orifice and frame rate in `rig`
 // and `camera`.

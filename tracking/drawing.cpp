@@ -64,6 +64,17 @@ void fill_outline(cv::Mat& picture,
   cv::polylines(picture, points, true, ink, 1, cv::LINE_AA, drawing_shift);
 }
 
+void draw_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const DrawnBody& body) {
+  if (body.filled) {
+    fill_outline(picture, outline, body.colour);
+    return;
+  }
+  for (std::size_t k = 0; k < outline.size(); ++k)
+    draw_line(picture, outline[k], outline[(k + 1) % outline.size()], body.colour);
+}
+
 void draw_axis(cv::Mat& picture,
                const Eigen::Vector2d& from,
                const Eigen::Vector2d& to,

@@ -34,6 +34,11 @@ void fill_outline(cv::Mat& picture,
                   const std::vector<Eigen::Vector2d>& outline,
                   const cv::Scalar& colour);
 
+// A closed outline as the body asks: filled, or lines.
+void draw_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const DrawnBody& body);
+
 // The long axis of a body: in its colour over a film, dark on a filled one.
 void draw_axis(cv::Mat& picture,
                const Eigen::Vector2d& from,

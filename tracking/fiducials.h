@@ -10,6 +10,13 @@
 
 namespace graintruth::tracking {
 
+// A dot that was found in the picture.
+struct FiducialSighting {
+  int fiducial = -1;                                // index into the list of fiducials
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // centre of area
+  double diameter_px = 0.0;
+};
+
 // A dark, round, closed patch.
 struct DarkDot {
   Eigen::Vector2d centre;  // px

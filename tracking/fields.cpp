@@ -59,8 +59,9 @@ Scan ScanDetector::scan() const {
 }
 
 Scan detect_scan(const std::filesystem::path& film) {
-  cv::VideoCapture capture(film.string(), cv::CAP_FFMPEG);
   ScanDetector detector;
+  if (!std::filesystem::is_regular_file(film)) return detector.scan();  // single pictures
+  cv::VideoCapture capture(film.string(), cv::CAP_FFMPEG);
   cv::Mat frame;
   for (int number = 0; number < longest_look && !detector.is_sure() && capture.read(frame);
        ++number)

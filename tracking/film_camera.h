@@ -4,8 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "datasets/experiment/tracking_spec.h"
-#include "tracking/fiducials.h"
+#include "tracking/scale.h"
 #include "tracking/steady_view.h"
 #include "tracking/tracking_summary.h"
 
@@ -13,15 +12,16 @@ namespace graintruth::tracking {
 
 struct FilmCamera {
   Calibration calibration;
-  std::vector<FiducialSighting> sightings;
+  SeenScale scale;
+  cv::Rect region;  // px, the part of the picture that is looked at
 };
 
-// Throws InputError where too few fiducials are given or found.
+// Throws InputError where too little of a scale is given or found.
 FilmCamera calibrate_on(const datasets::Camera& stated,
                         const cv::Mat& first_frame,
-                        const datasets::Film& where);
+                        const datasets::Film& film);
 
-// Figures of the calibration, and sentences where it is doubtful.
+// Figures of the calibration, and sentences where it is doubtful or rests on assumptions.
 void describe_camera(const FilmCamera& film,
                      const datasets::Camera& stated,
                      TrackingSummary& summary);

@@ -105,7 +105,7 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
   const FilmCamera film_camera = calibrate_on(recorded.camera, picture, both.film);
   const Camera& camera = film_camera.calibration.camera;
   const auto tracker = make_tracker(recorded, both.film);
-  reader.hold_steady(film_camera.sightings);
+  reader.hold_steady(film_camera.scale.sightings);
 
   // 2. What is drawn of either
   const std::vector<std::size_t> frames = chosen_frames(both);

@@ -25,14 +25,14 @@ void read_through(ParticleTracker& tracker,
                   TrackingSummary* summary,
                   const Visit& visit) {
   VideoReader video(film.video, spec.camera.frame_rate);
-  if (camera) video.hold_steady(camera->sightings);
+  if (camera) video.hold_steady(camera->scale.sightings);
   cv::Mat frame;
   while (video.read(frame)) {
     const int number = video.frames_read() - 1;
     tracker.prepare(frame, number);
     if (!camera) {
       camera = calibrate_on(spec.camera, frame, film);
-      video.hold_steady(camera->sightings);
+      video.hold_steady(camera->scale.sightings);
     }
     visit(Picture{frame, number, video.parity()});
     if (summary && options.progress) options.progress(video.frames_read(), video.declared_frames());
@@ -47,7 +47,7 @@ void read_through(ParticleTracker& tracker,
   summary->frame_rate_declared_hz = video.declared_frame_rate();
   summary->repeated_frames = video.repeated_frames();
   for (std::string& sentence : video.warnings()) summary->warn(std::move(sentence));
-  describe_steadiness(*video.steady(), *summary);
+  if (video.steady()) describe_steadiness(*video.steady(), *summary);
 }
 
 void draw_findings(const ParticleTracker& tracker,
@@ -66,7 +66,7 @@ void draw_findings(const ParticleTracker& tracker,
                   {(event_frame + last) / 2, options.annotated_middle},
                   {last, options.annotated_last}};
   const Findings findings{
-      &camera.calibration.camera, &tracked.trajectories, &tracker, camera.sightings};
+      &camera.calibration.camera, &tracked.trajectories, &tracker, camera.scale.sightings};
   if (!draw_overlay(film.video, findings, files, options.stop)) throw Stopped{};
 }
 

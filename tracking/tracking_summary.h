@@ -23,7 +23,8 @@ struct TrackingSummary {
   double scale_px_per_mm = 0.0;  // at the middle of the particles
   double distortion_k1 = 0.0, distortion_k2 = 0.0;
   double pixel_aspect = 1.0;
-  int fiducials_given = 0, fiducials_found = 0, fiducials_used = 0;
+  std::string references;  // what gave scale: "fiducials", "points", "corners" or "stick"
+  int references_given = 0, references_found = 0, references_used = 0;
   double calibration_rms_mm = 0.0, calibration_max_mm = 0.0;
   double calibration_leave_one_out_rms_mm = 0.0, calibration_leave_one_out_max_mm = 0.0;
   double camera_shift_px =

@@ -1,5 +1,6 @@
 #include "datasets/experiment/tracking_spec.h"
 
+#include "datasets/experiment/pictures.h"
 #include "datasets/store/archive.h"
 #include "datasets/store/fingerprint.h"
 
@@ -24,10 +25,50 @@ void list_fields(Archive& archive, Fiducial& fiducial) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, CameraPoint& point) {
+  auto& [column, row, x, z] = point;
+  archive("column", column)("row", row)("x", x)("z", z);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, StatedPicture& picture) {
+  archive("hash", picture.hash);  // where it lies decides nothing
+}
+
+template <class Archive>
+void list_fields(Archive& archive, Chessboard& board) {
+  auto& [columns, rows, square, x, z, picture] = board;
+  archive("columns", columns)("rows", rows)("square", square)("x", x)("z", z)("picture", picture);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, Stick& stick) {
+  auto& [from, to, length, length_uncertainty, origin] = stick;
+  archive("from", from)("to", to)("length", length)("length_uncertainty", length_uncertainty)(
+      "origin", origin);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, LensBoard& lens) {
+  auto& [columns, rows, pictures] = lens;
+  archive("columns", columns)("rows", rows)("pictures", pictures);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, Camera& camera) {
-  auto& [frame_rate, pixel_aspect, fiducials, noted_event_time] = camera;
+  auto& [frame_rate,
+         pixel_aspect,
+         fiducials,
+         points,
+         chessboard,
+         stick,
+         click_error,
+         lens,
+         region,
+         noted_event_time] = camera;
   archive("frame_rate", frame_rate)("pixel_aspect", pixel_aspect)("fiducials", fiducials)(
-      "noted_event_time", noted_event_time);
+      "points", points)("chessboard", chessboard)("stick", stick)("click_error", click_error)(
+      "lens", lens)("region", region)("noted_event_time", noted_event_time);
 }
 
 template <class Archive>
@@ -70,7 +111,13 @@ void list_fields(Archive& archive, TrackingSpec& spec) {
 namespace {
 
 SeenBody seen_body(const Particle& particle) {
-  SeenBody body{.kind = "balls", .balls = particle.spheres, .count = particle.count};
+  SeenBody body{.kind = "balls", .balls = particle.spheres};
+  if (particle.count > 0) body.count = particle.count;
+  if (particle.body) {
+    body.kind = particle.body->kind;
+    body.balls.clear();
+    body.lengths = particle.body->lengths;
+  }
   if (const auto& plate = particle.plate) {
     body.kind = "plate";
     body.balls.clear();
@@ -99,7 +146,7 @@ Film film_of(const Experiment& experiment, const Replicate& replicate) {
 
 TrackingSpec make_tracking_spec(const Experiment& experiment, const Replicate& replicate) {
   const Experiment filmed = as_filmed(experiment, replicate);
-  return {.film_hash = file_hash(replicate.video),
+  return {.film_hash = film_hash(replicate.video),
           .corrections_hash = replicate.corrections.empty() ? "" : file_hash(replicate.corrections),
           .body = seen_body(filmed.particle),
           .camera = filmed.camera,
