@@ -72,9 +72,7 @@ BedScene prepare_bed(const datasets::TrackingSpec& spec,
   BedScene scene;
   scene.spec = spec;
   scene.shape = plate_shape(spec.body);
-  // Seen from the side a plate's outline lies between its front face and its middle, depending on
-  // how much light the rim gets: half way.
-  scene.plate_height = 0.25 * spec.body.lengths.at("thickness");
+  scene.plate_height = seen_height(spec.body.lengths.at("thickness"));
   scene.film = std::move(camera);
   scene.region = region_of(scene.film.calibration.camera, scene.box());
   const double plate_width_px = 2.0 * scene.shape.semi_minor / scene.pixel();

@@ -11,8 +11,8 @@
 
 #include "datasets/input_error.h"
 #include "tracking/clock.h"
-#include "tracking/drawing.h"
 #include "tracking/median.h"
+#include "tracking/plate_drawing.h"
 #include "tracking/video.h"
 
 namespace graintruth::tracking {
@@ -24,22 +24,6 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double degree = std::numbers::pi / 180.0;
 
-// What the camera sees of a plate's rim, px; of one whose angle is not known its nominal lie.
-std::vector<Eigen::Vector2d> plate_outline(const Camera& camera,
-                                           const datasets::Pose& pose,
-                                           const PlateShape& shape) {
-  constexpr int points = 40;
-  const double angle = std::isfinite(pose.angle) ? pose.angle : 0.0;
-  const double c = std::cos(angle), s = std::sin(angle);
-  std::vector<Eigen::Vector2d> outline;
-  for (int k = 0; k < points; ++k) {
-    const double around = 2.0 * std::numbers::pi * k / points;
-    const double u = shape.semi_major * std::cos(around), v = shape.semi_minor * std::sin(around);
-    outline.push_back(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
-  }
-  return outline;
-}
-
 }  // namespace
 
 BedTracker::BedTracker(const datasets::TrackingSpec& spec, const datasets::Film& film)
@@ -47,7 +31,6 @@ BedTracker::BedTracker(const datasets::TrackingSpec& spec, const datasets::Film&
   const auto refuse = [&](const std::string& complaint) {
     throw InputError(fmt::format("{}: {}", film.experiment.string(), complaint));
   };
-  if (!spec.rig.box) refuse("rig.kind must be 'flat_bin_orifice' to track a bed of plates");
   if (!(spec.rig.box->opening > 0.0)) refuse("rig.orifice_width_mm is missing");
   if (!spec.body.count) refuse("particle.count is missing; a bed is counted");
 }
@@ -285,12 +268,10 @@ datasets::Trajectories BedTracker::trajectories_of(double zero, TrackingSummary&
           inflation[static_cast<std::size_t>(sighting.pace)]);
       variance.head<2>() +=
           scene_->film.calibration.point_covariance(sighting.pose.x, sighting.pose.z).diagonal();
-      // The outline's height above the plane is known to the quarter of the thickness that
-      // separates both ends of its range (uniform: over the square root of three).
-      const Eigen::Vector3d camera = scene_->film.calibration.camera.position();
-      const double slant = scene_->plate_height / std::numbers::sqrt3 / camera.z();
-      variance[0] += std::pow(slant * (sighting.pose.x - camera.x()), 2);
-      variance[1] += std::pow(slant * (sighting.pose.z - camera.y()), 2);
+      variance.head<2>() += height_error(scene_->film.calibration.camera,
+                                         scene_->plate_height,
+                                         {sighting.pose.x, sighting.pose.z})
+                                .cwiseAbs2();
       const std::size_t i = out.index(frame, p);
       const bool turned = scene_->shape.shows_angle();
       out.poses[i] = {sighting.pose.x, sighting.pose.z, turned ? sighting.pose.angle : nan};
@@ -431,21 +412,7 @@ datasets::Trajectories BedTracker::resting_plates(TrackingSummary& summary) {
 }
 
 void BedTracker::draw(cv::Mat& picture, const Camera& camera, const DrawnBody& body) const {
-  const std::vector<Eigen::Vector2d> outline = plate_outline(camera, body.pose, nominal_);
-  if (body.filled) {
-    fill_outline(picture, outline, body.colour);
-    return;
-  }
-  for (std::size_t k = 0; k < outline.size(); ++k)
-    draw_line(picture, outline[k], outline[(k + 1) % outline.size()], body.colour);
-  if (!std::isfinite(body.pose.angle)) return;
-  const Eigen::Vector2d half =
-      0.5 * nominal_.semi_major *
-      Eigen::Vector2d(std::cos(body.pose.angle), std::sin(body.pose.angle));
-  draw_axis(picture,
-            camera.project(body.pose.x - half.x(), body.pose.z - half.y()),
-            camera.project(body.pose.x + half.x(), body.pose.z + half.y()),
-            body);
+  draw_plate(picture, camera, body, nominal_);
 }
 
 void BedTracker::describe(nlohmann::ordered_json& film) const {
@@ -484,7 +451,7 @@ std::map<std::string, datasets::Table> BedTracker::tables() const {
 
 std::unique_ptr<ParticleTracker> make_bed_tracker(const datasets::TrackingSpec& spec,
                                                   const datasets::Film& film) {
-  if (spec.body.kind != "plate") return nullptr;
+  if (spec.body.kind != "plate" || !spec.rig.box) return nullptr;
   return std::make_unique<BedTracker>(spec, film);
 }
 

@@ -90,7 +90,7 @@ class BedTracker : public ParticleTracker {
   std::vector<double> time_;  // s, of the tracks
 };
 
-// Nothing where the body is no plate.
+// Nothing where the body is no plate, or lies in no box.
 std::unique_ptr<ParticleTracker> make_bed_tracker(const datasets::TrackingSpec& spec,
                                                   const datasets::Film& film);
 

@@ -212,7 +212,9 @@ void BodyFollower::recover(const cv::Mat& frame, int number, const std::vector<s
     expectations.push_back({track.last, reach, reach / lever, track.colour});
     waiting.push_back(body);
   }
-  const std::vector<int> detection_of = link(expectations, chosen);
+  std::vector<Detection> detections;
+  for (const BodyFit& fit : chosen) detections.push_back({fit.pose, fit.colour});
+  const std::vector<int> detection_of = link(expectations, detections);
   std::vector<char> used(chosen.size(), 0);
   std::vector<char> recovered(tracks_.size(), 0);
   for (std::size_t i = 0; i < waiting.size(); ++i) {

@@ -7,6 +7,9 @@
 #include "datasets/input_error.h"
 #include "tracking/ball_tracker.h"
 #include "tracking/bed_tracker.h"
+#include "tracking/disc_tracker.h"
+#include "tracking/plate_tracker.h"
+#include "tracking/rod_tracker.h"
 
 namespace graintruth::tracking {
 
@@ -17,9 +20,12 @@ namespace {
 using Maker = std::unique_ptr<ParticleTracker> (*)(const datasets::TrackingSpec&,
                                                    const datasets::Film&);
 
-constexpr std::array<Maker, 2> makers = {
+constexpr std::array<Maker, 5> makers = {
     make_ball_tracker,
     make_bed_tracker,
+    make_disc_tracker,
+    make_plate_tracker,
+    make_rod_tracker,
 };
 
 }  // namespace
