@@ -49,8 +49,8 @@ std::vector<CameraPoint> read_points(TomlSection& camera) {
   std::vector<CameraPoint> points;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (TomlSection& section : camera.sections("point")) {
-    const auto pixel = section.numbers("px", 2, plain);
     const auto place = read_place(section);
+    const auto pixel = section.numbers("px", 2, plain);
     points.push_back({pixel[0], pixel[1], place[0], place[1]});
     sum += Eigen::Vector2d(place[0], place[1]);
     section.finish();

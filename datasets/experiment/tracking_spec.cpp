@@ -156,6 +156,8 @@ TrackingSpec make_tracking_spec(const Experiment& experiment, const Replicate& r
 
 std::string fingerprint(const TrackingSpec& spec) { return content_hash(json_text(spec)); }
 
+std::string json_text(const Camera& camera) { return to_json(camera).dump(); }
+
 std::string json_text(const TrackingSpec& spec) { return to_json(spec).dump(); }
 
 TrackingSpec read_tracking_spec(const std::string& json) {

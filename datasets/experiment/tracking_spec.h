@@ -79,6 +79,8 @@ TrackingSpec make_tracking_spec(const Experiment& experiment, const Replicate& r
 
 std::string fingerprint(const TrackingSpec& spec);
 
+std::string json_text(const Camera& camera);
+
 // The spec as JSON, and back. Throws std::invalid_argument where a field is missing or wrong.
 std::string json_text(const TrackingSpec& spec);
 TrackingSpec read_tracking_spec(const std::string& json);
