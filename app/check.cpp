@@ -132,38 +132,38 @@ std::optional<double> check_film(const Experiment& experiment,
                                  const std::filesystem::path& picture,
                                  Findings& findings) {
   FirstFrame frame;
+  datasets::TrackingSpec spec;
   try {
-    frame = look_at_first_frame(experiment, replicate, picture);
+    spec =
+        tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate), replicate.video);
+    frame = look_at_first_frame(spec, datasets::film_of(experiment, replicate), picture);
   } catch (const datasets::InputError& error) {
     findings.missing.emplace_back(error.what());
     return std::nullopt;
   }
   const std::string& film = replicate.video.string();
-  const double length = frame.declared_frames / experiment.camera.frame_rate;
-  fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} fiducials found",
+  const double length = frame.declared_frames / spec.camera.frame_rate;
+  fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} {} found",
              replicate.name,
              frame.width,
              frame.height,
              frame.declared_frames,
              length,
-             frame.fiducials_found,
-             experiment.camera.fiducials.size());
+             frame.found,
+             frame.given,
+             frame.scale_from);
   if (frame.residual) {
     fmt::print(", {:.3f} mm rms, {:.3f} px/mm", 1e3 * *frame.residual, 1e-3 * *frame.scale);
   }
   fmt::print("\n            {}\n", picture.string());
 
   if (!frame.residual) {
-    findings.missing.push_back(
-        fmt::format("{}: only {} of {} fiducials were found in the first frame, at least 4 are "
-                    "needed; the picture shows the dark dots that were seen.",
-                    film,
-                    frame.fiducials_found,
-                    experiment.camera.fiducials.size()));
+    findings.missing.push_back(frame.complaint + "; the picture shows what was seen.");
   } else if (*frame.residual > blurred_residual) {
     findings.doubtful.push_back(
-        fmt::format("{}: the fiducials lie {:.2f} mm (rms) off their places; measure them again.",
+        fmt::format("{}: the {} lie {:.2f} mm (rms) off their places; measure them again.",
                     film,
+                    frame.scale_from,
                     1e3 * *frame.residual));
   }
   const double last = experiment.measurement.last_time();
@@ -176,13 +176,13 @@ std::optional<double> check_film(const Experiment& experiment,
         last));
   }
   const double declared = frame.declared_frame_rate;
-  if (declared > 0.0 && std::abs(declared / experiment.camera.frame_rate - 1.0) > 0.01) {
+  if (declared > 0.0 && std::abs(declared / spec.camera.frame_rate - 1.0) > 0.01) {
     findings.doubtful.push_back(
         fmt::format("{}: the film's header says {:.4g} frames/s, the experiment file {:.4g}; the "
                     "experiment file is believed.",
                     film,
                     declared,
-                    experiment.camera.frame_rate));
+                    spec.camera.frame_rate));
   }
   return length;
 }
@@ -235,11 +235,8 @@ std::optional<datasets::Recording> look_at(const Experiment& experiment,
   for (const auto& [name, curve] : recording.curves)
     fmt::print("{:<11} {} values of {}\n", replicate.name, curve.value.size(), name);
   if (replicate.video.empty()) return recording;
-  const auto length =
-      check_film(tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate),
-                 replicate,
-                 out / "check" / (replicate.name + ".png"),
-                 findings);
+  const auto length = check_film(
+      experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
   if (!length) return std::nullopt;
   datasets::Recording film = before_tracking(experiment, *length);
   film.curves = std::move(recording.curves);

@@ -7,9 +7,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/input_error.h"
-#include "tracking/camera.h"
 #include "tracking/drawing.h"
-#include "tracking/fiducials.h"
+#include "tracking/registry.h"
+#include "tracking/scale.h"
 #include "tracking/video.h"
 
 namespace graintruth::app {
@@ -23,23 +23,14 @@ const cv::Scalar missed_colour(30, 30, 220);
 
 cv::Point2d pixel(const Eigen::Vector2d& at) { return {at.x(), at.y()}; }
 
-// Outlines of the balls at each nominal starting place, with the particle's number.
+// The particles at each nominal starting place, with their numbers.
 void draw_starts(cv::Mat& picture,
                  const tracking::Camera& camera,
-                 const datasets::Experiment& experiment) {
-  std::vector<Eigen::Vector2d> outline(72);
-  for (std::size_t n = 0; n < experiment.starts.size(); ++n) {
-    const datasets::StartPlace& start = experiment.starts[n];
-    for (const datasets::AxialSphere& sphere : experiment.particle.spheres) {
-      tracking::sphere_outline(camera,
-                               start.x + sphere.offset * std::cos(start.angle),
-                               start.z + sphere.offset * std::sin(start.angle),
-                               sphere.radius,
-                               outline);
-      std::vector<cv::Point> points;
-      for (const Eigen::Vector2d& at : outline) points.emplace_back(pixel(at));
-      cv::polylines(picture, points, true, particle_colour, 1, cv::LINE_AA);
-    }
+                 const tracking::ParticleTracker& tracker,
+                 const std::vector<datasets::StartPlace>& starts) {
+  for (std::size_t n = 0; n < starts.size(); ++n) {
+    const datasets::StartPlace& start = starts[n];
+    tracker.draw(picture, camera, {n, {start.x, start.z, start.angle}, particle_colour});
     // Black on a broad white edge, to be read on balls of any colour.
     const std::string number = std::to_string(n + 1);
     const cv::Size size = cv::getTextSize(number, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr);
@@ -53,26 +44,55 @@ void draw_starts(cv::Mat& picture,
   }
 }
 
-void draw_fiducials(cv::Mat& picture,
+void draw_ring(cv::Mat& picture,
+               const Eigen::Vector2d& centre,
+               double radius,
+               const cv::Scalar& colour,
+               int thickness) {
+  cv::circle(picture,
+             pixel(centre),
+             static_cast<int>(std::lround(radius)) + 3,
+             colour,
+             thickness,
+             cv::LINE_AA);
+}
+
+// A cross where it was seen, a ring where the camera says it is.
+void draw_reference(cv::Mat& picture,
                     const tracking::Camera& camera,
-                    const std::vector<datasets::Fiducial>& fiducials,
-                    const std::vector<tracking::FiducialSighting>& sightings) {
+                    const tracking::CameraReference& one) {
+  cv::drawMarker(picture, pixel(one.pixel), found_colour, cv::MARKER_CROSS, 14, 1, cv::LINE_AA);
+  draw_ring(picture,
+            camera.project(one.x, one.z),
+            0.5 * one.diameter * camera.scale(one.x, one.z),
+            found_colour,
+            1);
+}
+
+void draw_missed(cv::Mat& picture,
+                 const tracking::Camera& camera,
+                 const std::vector<datasets::Fiducial>& fiducials,
+                 const std::vector<tracking::FiducialSighting>& sightings) {
   std::vector<bool> found(fiducials.size(), false);
-  for (const tracking::FiducialSighting& sighting : sightings) {
+  for (const tracking::FiducialSighting& sighting : sightings)
     found[static_cast<std::size_t>(sighting.fiducial)] = true;
-    cv::drawMarker(
-        picture, pixel(sighting.pixel), found_colour, cv::MARKER_CROSS, 14, 1, cv::LINE_AA);
-  }
   for (std::size_t i = 0; i < fiducials.size(); ++i) {
-    const datasets::Fiducial& fiducial = fiducials[i];
-    const double radius = 0.5 * fiducial.diameter * camera.scale(fiducial.x, fiducial.z);
-    cv::circle(picture,
-               pixel(camera.project(fiducial.x, fiducial.z)),
-               static_cast<int>(std::lround(radius)) + 3,
-               found[i] ? found_colour : missed_colour,
-               found[i] ? 1 : 2,
-               cv::LINE_AA);
+    const datasets::Fiducial& dot = fiducials[i];
+    if (found[i]) continue;
+    draw_ring(picture,
+              camera.project(dot.x, dot.z),
+              0.5 * dot.diameter * camera.scale(dot.x, dot.z),
+              missed_colour,
+              2);
   }
+}
+
+std::vector<tracking::DarkDot> dark_dots(const cv::Mat& picture,
+                                         const std::vector<datasets::Fiducial>& fiducials) {
+  if (fiducials.empty()) return {};
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  return tracking::find_dark_dots(grey, fiducials);
 }
 
 void write_picture(const std::filesystem::path& file, const cv::Mat& picture) {
@@ -86,61 +106,51 @@ void write_picture(const std::filesystem::path& file, const cv::Mat& picture) {
 
 }  // namespace
 
-void require_first_frame(const datasets::Experiment& experiment,
-                         const datasets::Replicate& replicate) {
-  tracking::VideoReader(replicate.video, experiment.camera.frame_rate);
+void require_first_frame(const datasets::TrackingSpec& spec, const datasets::Film& film) {
+  tracking::VideoReader(film.video, spec.camera.frame_rate);
 }
 
-FirstFrame look_at_first_frame(const datasets::Experiment& experiment,
-                               const datasets::Replicate& replicate,
+FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
+                               const datasets::Film& film,
                                const std::filesystem::path& picture_file) {
   // 1. The frame
-  tracking::VideoReader reader(replicate.video, experiment.camera.frame_rate);
+  tracking::VideoReader reader(film.video, spec.camera.frame_rate);
   cv::Mat picture;
   reader.read(picture);
-  cv::Mat grey;
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  picture = picture.clone();
   FirstFrame frame{.width = reader.width(),
                    .height = reader.height(),
                    .declared_frames = reader.declared_frames(),
                    .declared_frame_rate = reader.declared_frame_rate()};
 
   // 2. The camera
-  const auto& fiducials = experiment.camera.fiducials;
-  const auto sightings = tracking::find_fiducials(grey, fiducials, experiment.camera.pixel_aspect);
-  frame.fiducials_found = static_cast<int>(sightings.size());
+  const tracking::SeenScale seen = tracking::look_for_scale(spec.camera, picture, film);
+  frame.scale_from = seen.name;
+  frame.given = seen.given;
+  frame.found = seen.found;
   std::optional<tracking::Calibration> calibration;
   try {
-    calibration = tracking::calibrate(
-        fiducials, sightings, frame.width, frame.height, experiment.camera.pixel_aspect);
-  } catch (const datasets::InputError&) {
-    // Fewer than four dots agree with each other: said by the missing residual.
+    calibration = tracking::calibrate(seen, spec.camera, picture.size(), film);
+  } catch (const datasets::InputError& error) {
+    frame.complaint = error.what();
   }
 
   // 3. What the experiment file says, drawn over it
+  picture = picture.clone();
   if (calibration) {
+    const tracking::Camera& camera = calibration->camera;
     frame.residual = calibration->rms;
-    double x = 0.0;
-    double z = 0.0;
-    for (const datasets::Fiducial& fiducial : fiducials) {
-      x += fiducial.x / static_cast<double>(fiducials.size());
-      z += fiducial.z / static_cast<double>(fiducials.size());
-    }
-    frame.scale = calibration->camera.scale(x, z);
-    tracking::draw_rig(picture, calibration->camera, experiment.rig, 0.0, rig_colour, 1);
-    draw_starts(picture, calibration->camera, experiment);
-    draw_fiducials(picture, calibration->camera, fiducials, sightings);
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const tracking::CameraReference& one : seen.references)
+      middle += Eigen::Vector2d(one.x, one.z) / static_cast<double>(seen.references.size());
+    frame.scale = camera.scale(middle.x(), middle.y());
+    tracking::draw_rig(picture, camera, spec.rig, 0.0, rig_colour, 1);
+    draw_starts(picture, camera, *tracking::make_tracker(spec, film), spec.starts);
+    for (const tracking::CameraReference& one : seen.references)
+      draw_reference(picture, camera, one);
+    draw_missed(picture, camera, spec.camera.fiducials, seen.sightings);
   } else {
-    for (const tracking::DarkDot& dot :
-         tracking::find_dark_dots(grey, experiment.camera.fiducials)) {
-      cv::circle(picture,
-                 pixel(dot.centre),
-                 static_cast<int>(std::lround(0.5 * dot.diameter)) + 3,
-                 missed_colour,
-                 1,
-                 cv::LINE_AA);
-    }
+    for (const tracking::DarkDot& dot : dark_dots(picture, spec.camera.fiducials))
+      draw_ring(picture, dot.centre, 0.5 * dot.diameter, missed_colour, 1);
   }
   write_picture(picture_file, picture);
   return frame;

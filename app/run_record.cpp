@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/engines/scene_build.h"
+#include "datasets/experiment/tracking_spec.h"
 
 namespace graintruth::app {
 
@@ -37,6 +38,19 @@ Json rig_json(const datasets::Rig& rig) {
   return json;
 }
 
+// As before scales of other kinds came: units in the names of what every camera has.
+Json camera_json(const datasets::Camera& camera) {
+  Json json = Json::parse(datasets::json_text(camera));
+  Json fiducials = Json::array();
+  for (const datasets::Fiducial& fiducial : camera.fiducials)
+    fiducials.push_back(
+        {{"x_m", fiducial.x}, {"z_m", fiducial.z}, {"diameter_m", fiducial.diameter}});
+  json["fiducials"] = fiducials;
+  json["frame_rate_hz"] = camera.frame_rate;
+  json.erase("frame_rate");
+  return json;
+}
+
 Json configuration_json(const datasets::Experiment& experiment) {
   Json spheres = Json::array();
   for (const sim::ElementSphere& sphere : calibrate::spheres_of(experiment.particle.model)) {
@@ -53,11 +67,6 @@ Json configuration_json(const datasets::Experiment& experiment) {
                    {"spheres", spheres}};
   if (const auto& inertia = experiment.particle.model.inertia)
     particle["inertia_kg_m2"] = {inertia->x(), inertia->y(), inertia->z()};
-  Json fiducials = Json::array();
-  for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
-    fiducials.push_back(
-        {{"x_m", fiducial.x}, {"z_m", fiducial.z}, {"diameter_m", fiducial.diameter}});
-  }
   Json tuned = Json::object();
   for (const datasets::TunedParameter& parameter : experiment.tuned) {
     tuned[parameter.name] = {{"lower", parameter.lower}, {"upper", parameter.upper}};
@@ -75,10 +84,7 @@ Json configuration_json(const datasets::Experiment& experiment) {
           {"note", experiment.note},
           {"particle", particle},
           {"material", material},
-          {"camera",
-           {{"frame_rate_hz", experiment.camera.frame_rate},
-            {"pixel_aspect", experiment.camera.pixel_aspect},
-            {"fiducials", fiducials}}},
+          {"camera", camera_json(experiment.camera)},
           {"measure",
            {{"frame_interval_s", experiment.measurement.frame_interval},
             {"frames", experiment.measurement.frames}}},

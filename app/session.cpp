@@ -24,7 +24,11 @@ std::filesystem::path folder_for(const CommonOptions& options,
 Session::Session(std::string verb,
                  const CommonOptions& options,
                  const std::filesystem::path& experiment_file)
-    : Session(std::move(verb), options, datasets::load_experiment(experiment_file)) {}
+    : Session(verb,
+              options,
+              datasets::load_experiment(experiment_file,
+                                        verb == "track" ? datasets::Purpose::tracking
+                                                        : datasets::Purpose::calibration)) {}
 
 Session::Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment)
     : options_(options),

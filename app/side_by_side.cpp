@@ -38,8 +38,9 @@ void draw(Session& session,
     for (std::size_t i = 0; i < stills; ++i) files.stills.push_back(folder.side_by_side_still(i));
     datasets::make_folder(files.stills.front().parent_path());
     const auto times = tracking::draw_side_by_side(
-        {.video = replicate.video,
-         .recorded = tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate),
+        {.film = datasets::film_of(experiment, replicate),
+         .recorded = tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate),
+                                           replicate.video),
          .filmed = *session.films().recordings[replicate_number].tracks,
          .simulated = *run.recording.tracks},
         files,

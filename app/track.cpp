@@ -19,23 +19,15 @@ int run_track(const TrackCommand& command) {
     return 0;
   }
   for (const auto& film : tracking["replicates"]) {
-    fmt::print(
-        "{}: {}, {} frames, {:.2f} % of all poses found, calibration {:.3f} mm rms, event at "
-        "{:.4f} s of film\n",
-        film["name"].get<std::string>(),
-        film["grade"].get<std::string>(),
-        film["frames"].get<int>(),
-        100.0 * film["completeness"].get<double>(),
-        film["calibration_rms_mm"].get<double>(),
-        film["event_time_s"].get<double>());
-    if (film.contains("bed")) {
-      const auto& bed = film["bed"];
-      fmt::print("  {} particles in the first frame", bed["particles_in_first_frame"].get<int>());
-      const int ran_out = bed["discharged"].get<int>(), remain = bed["remaining"].get<int>();
-      // Of a smeared film nobody knows
-      if (ran_out + remain > 0) fmt::print(", {} ran out, {} remain", ran_out, remain);
-      fmt::print("\n");
-    }
+    fmt::print("{}: {}, {} frames, {:.2f} % of all poses found, ",
+               film["name"].get<std::string>(),
+               film["grade"].get<std::string>(),
+               film["frames"].get<int>(),
+               100.0 * film["completeness"].get<double>());
+    if (const auto& rms = film["calibration_rms_mm"]; rms.is_number())
+      fmt::print("calibration {:.3f} mm rms, ", rms.get<double>());
+    fmt::print("event at {:.4f} s of film\n", film["event_time_s"].get<double>());
+    for (const auto& found : film["findings"]) fmt::print("  {}\n", found.get<std::string>());
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }

@@ -89,26 +89,6 @@ Material material_of(const SceneData& scene, std::optional<TomlSection> section)
   return material;
 }
 
-Camera read_camera(TomlSection section, bool films) {
-  Camera camera;
-  camera.frame_rate = section.quantity("frame_rate", rate_units, positive);
-  camera.pixel_aspect = section.optional_quantity("pixel_aspect", plain, positive).value_or(1.0);
-  camera.noted_event_time = section.optional_quantity("noted_event", time_units, not_negative);
-  const auto centres = section.rows("fiducials", 2, length_units);
-  if (films || !centres.empty()) {
-    const double diameter = section.quantity("fiducial_diameter", length_units, positive);
-    for (const auto& centre : centres) camera.fiducials.push_back({centre[0], centre[1], diameter});
-    if (camera.fiducials.size() < 4) {
-      section.fail(
-          section.has("fiducials_m") ? "fiducials_m" : "fiducials_mm",
-          fmt::format("gives {} fiducials, but at least 4 are needed to find scale and tilt",
-                      camera.fiducials.size()));
-    }
-  }
-  section.finish();
-  return camera;
-}
-
 std::vector<StartPlace> read_starts(TomlSection& root, int count) {
   std::vector<StartPlace> starts;
   for (TomlSection& start : root.sections("start")) {
@@ -198,7 +178,7 @@ std::string experiment_name(const std::filesystem::path& file) {
              : file.stem().string();
 }
 
-Experiment load_experiment(const std::filesystem::path& file) {
+Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   const TomlFile parsed(file);
   TomlSection root = parsed.root();
   if (root.has("experiment") && !root.has("particle")) {
@@ -210,33 +190,39 @@ Experiment load_experiment(const std::filesystem::path& file) {
   Experiment experiment;
   experiment.file = file;
   experiment.name = experiment_name(file);
-  experiment.title = root.text("title");
+  // What a calibration cannot do without; of a film that is only tracked, what is there
+  const bool only_tracked = purpose == Purpose::tracking;
+  const auto is_read = [&](const char* key) { return !only_tracked || root.has(key); };
+  experiment.title = is_read("title") ? root.text("title") : experiment.name;
   experiment.note = root.optional_text("note").value_or("");
   // 1. Rig and grains: one may bring the other
-  TomlSection rig = root.section("rig");
+  std::optional<TomlSection> rig;
+  if (is_read("rig")) rig = root.section("rig");
   RigContext context{.folder = folder, .inputs = &experiment.inputs};
-  if (rig_kind_named(rig).brings_grains) {
+  if (rig && rig_kind_named(*rig).brings_grains) {
     if (root.has("particle"))
       root.fail("particle", "is not needed: the grains are those of the rig's scene");
-    experiment.rig = read_rig(rig, nullptr, context);
+    experiment.rig = read_rig(*rig, nullptr, context);
     experiment.particle = particle_of(experiment.rig.scene);
     experiment.material = material_of(experiment.rig.scene, root.optional_section("material"));
   } else {
-    experiment.particle = read_particle(root.section("particle"), folder, experiment.inputs);
-    experiment.material = read_material(root.section("material"));
+    experiment.particle =
+        read_particle(root.section("particle"), purpose, folder, experiment.inputs);
+    if (is_read("material")) experiment.material = read_material(root.section("material"));
     context.particle = &experiment.particle;
-    experiment.rig = read_rig(rig, nullptr, context);
+    if (rig) experiment.rig = read_rig(*rig, nullptr, context);
   }
   experiment.starts = read_starts(root, experiment.particle.count);
   // 2. Replicates, each in its own state of the rig
   context.inputs = nullptr;
-  experiment.replicates = read_replicates(root, folder, [&](TomlSection& replicate) {
-    return read_rig(root.section("rig"), &replicate, context);
+  experiment.replicates = read_replicates(root, folder, purpose, [&](TomlSection& replicate) {
+    return rig ? read_rig(root.section("rig"), &replicate, context) : Rig{};
   });
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
   // A camera is only needed by those who filmed.
-  if (films || root.has("camera")) experiment.camera = read_camera(root.section("camera"), films);
+  if (films || root.has("camera"))
+    experiment.camera = read_camera(root.section("camera"), folder, films);
   for (Replicate& replicate : experiment.replicates)
     replicate.source.usual_frame_rate = experiment.camera.frame_rate;
   // 3. What is compared, and what is sought

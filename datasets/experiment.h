@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "datasets/experiment/camera.h"
 #include "datasets/experiment/particle.h"
 #include "datasets/parameters/parameter_set.h"
 #include "datasets/rigs/rig.h"
@@ -37,21 +38,6 @@ struct Material {
 struct StartPlace {
   double x = 0.0, z = 0.0;  // m
   double angle = 0.0;       // rad
-};
-
-// A dark disc on a light ground, in the plane of the particle centres.
-struct Fiducial {
-  double x = 0.0, z = 0.0;  // m, centre
-  double diameter = 0.0;    // m
-};
-
-struct Camera {
-  double frame_rate = 0.0;    // Hz, true rate of the recording
-  double pixel_aspect = 1.0;  // width of a pixel over its height
-  std::vector<Fiducial> fiducials;
-  // When the event should be seen, in seconds of film, if the laboratory noted it. Only checks what
-  // is found.
-  std::optional<double> noted_event_time;
 };
 
 struct Replicate {
@@ -140,7 +126,8 @@ std::string experiment_name(const std::filesystem::path& file);
 // Reads, converts to SI and checks an experiment file. Throws InputError with file, line and key
 // for a key that is unknown or missing, a unit that does not fit, or a value that cannot be. Does
 // not open videos, tracks or curves, but they must exist.
-Experiment load_experiment(const std::filesystem::path& file);
+Experiment load_experiment(const std::filesystem::path& file,
+                           Purpose purpose = Purpose::calibration);
 
 // The experiment as one replicate was made and filmed: with its own rig and frame rate in `rig` and
 // `camera`.

@@ -37,8 +37,9 @@ std::filesystem::path RunFolder::tracks(std::string_view replicate) const {
   return root / "tracks" / fmt::format("{}.csv", replicate);
 }
 
-std::filesystem::path RunFolder::stagnant(std::string_view replicate) const {
-  return root / "tracks" / fmt::format("{}.stagnant.csv", replicate);
+std::filesystem::path RunFolder::film_table(std::string_view replicate,
+                                            std::string_view name) const {
+  return root / "tracks" / fmt::format("{}.{}.csv", replicate, name);
 }
 
 std::filesystem::path RunFolder::overlay(std::string_view replicate) const {

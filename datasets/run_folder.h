@@ -26,9 +26,9 @@ struct RunFolder {
   // tables/<name>.unfinished.csv: of the run under way, beside the table of an earlier one
   std::filesystem::path unfinished_table(std::string_view name) const;
   std::filesystem::path tracks(std::string_view replicate) const;  // tracks/<replicate>.csv
-  // tracks/<replicate>.stagnant.csv: how high the bed stands still, where plates in motion are
-  // smeared
-  std::filesystem::path stagnant(std::string_view replicate) const;
+  // tracks/<replicate>.<name>.csv: what else a film tells; "stagnant": how high the bed stands
+  // still, where plates in motion are smeared
+  std::filesystem::path film_table(std::string_view replicate, std::string_view name) const;
   std::filesystem::path overlay(
       std::string_view replicate) const;  // tracks/<replicate>.overlay.mp4
   // tracks/<replicate>.<moment>.jpg: a frame with what was found drawn on it

@@ -170,6 +170,18 @@ std::string TomlSection::text(std::string_view key) {
   return *std::move(found);
 }
 
+std::vector<std::string> TomlSection::texts(std::string_view key) {
+  const toml::node* node = find(key);
+  const toml::array* list = node == nullptr ? nullptr : node->as_array();
+  if (list == nullptr) return {text(key)};
+  std::vector<std::string> all;
+  for (const toml::node& one : *list) {
+    if (!one.is_string()) fail(key, "must be text in quotes, or a list of such texts");
+    all.push_back(*one.value<std::string>());
+  }
+  return all;
+}
+
 std::optional<TomlSection> TomlSection::optional_section(std::string_view key) {
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
@@ -265,6 +277,12 @@ std::vector<std::string> TomlSection::keys() const {
   std::vector<std::string> all;
   for (const auto& [key, node] : *table_) all.emplace_back(key.str());
   return all;
+}
+
+std::string TomlSection::key_of(std::string_view stem, Units units) const {
+  for (const Unit& unit : units)
+    if (table_->contains(with_unit(stem, unit))) return with_unit(stem, unit);
+  return with_unit(stem, units.front());
 }
 
 void TomlSection::finish() const {

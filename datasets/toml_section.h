@@ -57,6 +57,8 @@ class TomlSection {
   std::optional<int> optional_whole_number(std::string_view key, int lower, int upper);
   std::string text(std::string_view key);
   std::optional<std::string> optional_text(std::string_view key);
+  // One text, or a list of them.
+  std::vector<std::string> texts(std::string_view key);
   TomlSection section(std::string_view key);
   std::optional<TomlSection> optional_section(std::string_view key);
   // An array of tables, [[key]] or key = [{...}, ...]; empty where there is none.
@@ -74,6 +76,9 @@ class TomlSection {
   std::optional<std::vector<std::string>> optional_texts(std::string_view key);
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
+
+  // The key under which a quantity is given, with its unit.
+  std::string key_of(std::string_view stem, Units units) const;
 
   // Throws InputError for the first key that was never asked for, with the nearest one that exists.
   void finish() const;

@@ -30,7 +30,7 @@ TableView film_table(const Json& replicates) {
                    {"Gaps"},
                    {"Suspected swaps"},
                    {"Scale (px/mm)"},
-                   {"Fiducials"},
+                   {"Scale from", Align::left},
                    {"Calibration residual, RMS (mm)"},
                    {"largest (mm)"},
                    {"left out (mm)"},
@@ -52,7 +52,7 @@ TableView film_table(const Json& replicates) {
                    count(number(replicate, {"gaps"})),
                    count(number(replicate, {"suspected_swaps"})),
                    decimal(number(replicate, {"scale_px_per_mm"}), 3),
-                   count(number(replicate, {"fiducials_found"})),
+                   cell(text(replicate, {"scale_from"})),
                    decimal(number(replicate, {"calibration_rms_mm"}), 2),
                    decimal(number(replicate, {"calibration_max_mm"}), 2),
                    decimal(number(replicate, {"calibration_leave_one_out_mm"}), 2),
@@ -78,8 +78,8 @@ Section films_section(const RunData& data, Section section) {
   section.add_paragraph(
       "Completeness is the share of particles and frames in which a particle was found. The "
       "calibration residual is how "
-      "far the fiducials lie from where the fitted camera puts them; left out, when each is "
-      "predicted from the others. "
+      "far fiducials, clicked points or corners of a chessboard lie from where the fitted camera "
+      "puts them; left out, when each is predicted from the others. "
       "The start event is its time on the film; all times elsewhere count from it.");
   section.add_table(film_table(replicates));
 

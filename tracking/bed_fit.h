@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -33,6 +34,19 @@ struct BedView {
   cv::Rect region;      // of the frame
   cv::Mat1b usable;     // of the region: 0 where a wall hides plates
 };
+
+// Seen from the side a plate's outline lies between its front face and its middle, depending on how
+// much light the rim gets: half way, m above the plane of the centres.
+inline double seen_height(double thickness) { return 0.25 * thickness; }
+
+// By how much a plate there seems off because that height is known to no more than the quarter of
+// the thickness that separates both ends of its range (uniform: over the square root of three), m.
+inline Eigen::Vector2d height_error(const Camera& camera,
+                                    double height,
+                                    const Eigen::Vector2d& place) {
+  const double slant = height / std::numbers::sqrt3 / camera.position().z();
+  return slant * (place - camera.position().head<2>());
+}
 
 class BedFit {
  public:

@@ -21,10 +21,9 @@ constexpr double wall_margin_px = 0.7;
 constexpr double floor_thickness = 10.0e-3;  // m
 
 void mark_usable(BedScene& scene) {
-  const datasets::BedBox& bin = *scene.experiment.rig.bed;
+  const datasets::OpenBox& box = scene.box();
   const double margin = wall_margin_px * scene.pixel();
-  const double side = 0.5 * bin.width() - margin,
-               edge = 0.5 * scene.experiment.rig.opening->width();
+  const double side = 0.5 * box.width - margin, edge = 0.5 * box.opening;
   scene.in_bin = cv::Mat1b(scene.region.size(), std::uint8_t{0});
   scene.in_bin_or_below = scene.in_bin.clone();
   for (int row = 0; row < scene.region.height; ++row) {
@@ -41,10 +40,10 @@ void mark_usable(BedScene& scene) {
   }
 }
 
-cv::Rect region_of(const Camera& camera, const datasets::BedBox& bin) {
-  const double side = 0.5 * bin.width();
+cv::Rect region_of(const Camera& camera, const datasets::OpenBox& box) {
+  const double side = 0.5 * box.width;
   double left = 1.0e9, right = -1.0e9, top = 1.0e9;
-  for (const double z : {0.0, bin.height}) {
+  for (const double z : {0.0, box.height}) {
     left = std::min(left, camera.project(-side, z).x());
     right = std::max(right, camera.project(side, z).x());
     top = std::min({top, camera.project(-side, z).y(), camera.project(side, z).y()});
@@ -62,30 +61,27 @@ BedView BedScene::view(bool is_open) const {
 }
 
 double BedScene::pixel() const {
-  return 1.0 / film.calibration.camera.scale(0.0, 0.25 * experiment.rig.bed->height);
+  return 1.0 / film.calibration.camera.scale(0.0, 0.25 * box().height);
 }
 
-BedScene prepare_bed(const datasets::Experiment& experiment,
+BedScene prepare_bed(const datasets::TrackingSpec& spec,
                      FilmCamera camera,
                      const cv::Mat& first,
                      const cv::Mat& last,
                      const std::string& where) {
   BedScene scene;
-  scene.experiment = experiment;
-  const datasets::EllipticalPlate& plate = *experiment.particle.plate;
-  scene.shape = {plate.semi_major, plate.semi_minor};
-  // Seen from the side a plate's outline lies between its front face and its middle, depending on
-  // how much light the rim gets: half way.
-  scene.plate_height = 0.25 * plate.thickness;
+  scene.spec = spec;
+  scene.shape = plate_shape(spec.body);
+  scene.plate_height = seen_height(spec.body.lengths.at("thickness"));
   scene.film = std::move(camera);
-  scene.region = region_of(scene.film.calibration.camera, *experiment.rig.bed);
+  scene.region = region_of(scene.film.calibration.camera, scene.box());
   const double plate_width_px = 2.0 * scene.shape.semi_minor / scene.pixel();
   if (scene.region.width < 3.0 * plate_width_px || scene.region.height < 3.0 * plate_width_px) {
     throw InputError(fmt::format(
         "{}: the bin of {:.0f} mm lies outside the picture; check bin_width, bin_height and the "
-        "fiducials' positions",
+        "scale",
         where,
-        1.0e3 * experiment.rig.bed->width()));
+        1.0e3 * scene.box().width));
   }
   constexpr double smallest_plate_px = 8.0;
   if (plate_width_px < smallest_plate_px) {
@@ -104,7 +100,7 @@ BedScene prepare_bed(const datasets::Experiment& experiment,
 }
 
 OrificeWatcher::OrificeWatcher(const BedScene& scene, const cv::Mat& first) {
-  const double half = 0.45 * scene.experiment.rig.opening->width();
+  const double half = 0.45 * scene.box().opening;
   constexpr int columns = 64;
   const double pixel = scene.pixel();
   for (int i = 0; i < columns; ++i) {

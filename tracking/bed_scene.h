@@ -12,7 +12,7 @@
 namespace graintruth::tracking {
 
 struct BedScene {
-  datasets::Experiment experiment;  // as filmed: with this film's orifice and frame rate
+  datasets::TrackingSpec spec;
   FilmCamera film;
   PlateShape shape;
   double plate_height = 0.0;  // m, of what is seen of a plate above the plane of the centres
@@ -22,13 +22,14 @@ struct BedScene {
   Contrast contrast;
   double changed = 0.0;  // share of the bin that looks different at the end of the film
 
+  const datasets::OpenBox& box() const { return *spec.rig.box; }
   BedView view(bool is_open) const;
   double pixel() const;  // m, at the middle of the bin
 };
 
-// Throws InputError where the bin lies outside the picture, or is too small in it. `first` and `last`
-// are pictures of the film that `camera` took; `where` names it in sentences.
-BedScene prepare_bed(const datasets::Experiment& experiment,
+// Throws InputError where the bin lies outside the picture, or is too small in it. `first` and
+// `last` are pictures of the film that `camera` took; `where` names it in sentences.
+BedScene prepare_bed(const datasets::TrackingSpec& spec,
                      FilmCamera camera,
                      const cv::Mat& first,
                      const cv::Mat& last,

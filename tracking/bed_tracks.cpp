@@ -43,7 +43,7 @@ BedTracks::BedTracks(const BedScene& scene, const FirstBed& bed, const cv::Mat& 
       closed_view_(scene.view(false)),
       open_view_(scene.view(true)),
       pixel_(scene.pixel()),
-      fall_(scene.experiment.rig.gravity / std::pow(scene.experiment.camera.frame_rate, 2)) {
+      fall_(scene.spec.rig.gravity / std::pow(scene.spec.camera.frame_rate, 2)) {
   for (const PlateFit& plate : bed.plates) {
     PlateTrack& track = tracks_.emplace_back();
     track.gain = plate.gain;
@@ -101,11 +101,10 @@ datasets::Pose BedTracks::predict(const PlateTrack& track) const {
   pose.z += track.velocity.z;
   pose.angle += track.velocity.angle;
   // No plate gets into a wall
-  const double side =
-      0.5 * scene_.experiment.rig.bed->width() - deepest_overlap * scene_.shape.semi_minor;
+  const double side = 0.5 * scene_.box().width - deepest_overlap * scene_.shape.semi_minor;
   if (is_coarse()) pose.x = std::clamp(pose.x, -side, side);
   if (opened_at_ < 0 || track.unseen > 0) return pose;
-  const double half_orifice = 0.5 * scene_.experiment.rig.opening->width();
+  const double half_orifice = 0.5 * scene_.box().opening;
   const bool in_arch = is_coarse() && std::abs(pose.x) < half_orifice && pose.z < half_orifice;
   if (pose.z < 0.0 || in_arch) {
     pose.z -= fall_;
@@ -159,7 +158,7 @@ bool BedTracks::is_lost(const PlateFit& plate, const PlateTrack& track) const {
 
 // Nearer to a side wall of the bin than a plate can be.
 bool BedTracks::is_in_wall(const datasets::Pose& pose) const {
-  const double room = 0.5 * scene_.experiment.rig.bed->width() - std::abs(pose.x);
+  const double room = 0.5 * scene_.box().width - std::abs(pose.x);
   return pose.z > 0.0 && room < deepest_overlap * scene_.shape.semi_minor;
 }
 

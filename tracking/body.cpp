@@ -16,20 +16,18 @@ std::array<Eigen::Vector2d, 2> ball_centres(const BodyPose& pose, const BodyShap
           point + (1.0 - shape.first_share) * shape.separation * axis};
 }
 
-BodyShape nominal_shape(const datasets::Experiment& experiment) {
-  const auto& spheres = experiment.particle.spheres;
+BodyShape nominal_shape(const datasets::SeenBody& body, const std::filesystem::path& experiment) {
+  const auto& spheres = body.balls;
   if (spheres.empty() || spheres.size() > 2) {
     throw InputError(fmt::format(
         "{}: particle: films can be tracked for particles of one ball or two, this one has {}; "
         "track them with another program and give its files as tracks (docs/imports.md)",
-        experiment.file.string(),
+        experiment.string(),
         spheres.size()));
   }
-  if (experiment.particle.count < 1) {
-    throw InputError(
-        fmt::format("{}: particle.count is {}; it must say how many particles lie in the rig",
-                    experiment.file.string(),
-                    experiment.particle.count));
+  if (body.count.value_or(0) < 1) {
+    throw InputError(fmt::format("{}: particle.count must say how many particles the film shows",
+                                 experiment.string()));
   }
   BodyShape shape;
   if (spheres.size() == 1) {
@@ -37,7 +35,7 @@ BodyShape nominal_shape(const datasets::Experiment& experiment) {
       throw InputError(
           fmt::format("{}: particle: a single ball must have a positive radius and its centre of "
                       "mass in its middle, offset 0",
-                      experiment.file.string()));
+                      experiment.string()));
     }
     shape.balls = 1;
     shape.radius = {spheres[0].radius, spheres[0].radius};
@@ -51,7 +49,7 @@ BodyShape nominal_shape(const datasets::Experiment& experiment) {
   if (!(shape.separation > 0.0) || !(first.radius > 0.0) || !(second.radius > 0.0)) {
     throw InputError(fmt::format(
         "{}: particle: the two balls must have positive radii and different places on the axis",
-        experiment.file.string()));
+        experiment.string()));
   }
   shape.first_share = -first.offset / shape.separation;
   return shape;

@@ -4,8 +4,9 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cstddef>
+#include <filesystem>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 
 namespace graintruth::tracking {
 
@@ -29,9 +30,9 @@ struct BodyPose {
 // Of a single ball both are its centre.
 std::array<Eigen::Vector2d, 2> ball_centres(const BodyPose& pose, const BodyShape& shape);
 
-// The body that the experiment's particle is. Throws datasets::InputError where a film of such
-// particles cannot be tracked.
-BodyShape nominal_shape(const datasets::Experiment& experiment);
+// The shape of a body of balls. Throws datasets::InputError, which names `experiment`, where a film
+// of such bodies cannot be tracked.
+BodyShape nominal_shape(const datasets::SeenBody& body, const std::filesystem::path& experiment);
 
 // Would two hard bodies in these poses run into each other by more than a measurement error?
 bool overlap(const BodyPose& a, const BodyPose& b, const BodyShape& shape);

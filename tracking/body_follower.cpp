@@ -203,17 +203,18 @@ void BodyFollower::recover(const cv::Mat& frame, int number, const std::vector<s
     if (!track.known) continue;
     // A frame of free fall and a push of as much again, growing while unseen; the angle may have
     // turned with it.
-    const double interval = 1.0 / view_.experiment.camera.frame_rate;
+    const double interval = 1.0 / view_.spec.camera.frame_rate;
     const double frames = 1.0 + track.unseen;
-    const double reach =
-        2.0 * view_.experiment.rig.gravity * interval * interval * frames * frames +
-        0.25 * view_.shape.radius[0];
+    const double reach = 2.0 * view_.spec.rig.gravity * interval * interval * frames * frames +
+                         0.25 * view_.shape.radius[0];
     const double lever =
         0.5 * (view_.shape.shows_angle() ? view_.shape.separation : view_.shape.radius[0]);
     expectations.push_back({track.last, reach, reach / lever, track.colour});
     waiting.push_back(body);
   }
-  const std::vector<int> detection_of = link(expectations, chosen);
+  std::vector<Detection> detections;
+  for (const BodyFit& fit : chosen) detections.push_back({fit.pose, fit.colour});
+  const std::vector<int> detection_of = link(expectations, detections);
   std::vector<char> used(chosen.size(), 0);
   std::vector<char> recovered(tracks_.size(), 0);
   for (std::size_t i = 0; i < waiting.size(); ++i) {

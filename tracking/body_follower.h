@@ -36,7 +36,7 @@ class BodyFollower {
                const std::vector<std::optional<BodyFit>>& first,
                const EdgeImage& image);
 
-  // The next frame; `number` counts from 0. The view's piston was followed there already.
+  // The next frame; `number` counts from 0. The view's moving face was followed there already.
   void follow(const cv::Mat& frame, int number);
 
   const std::vector<BodyTrack>& tracks() const { return tracks_; }

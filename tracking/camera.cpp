@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "datasets/input_error.h"
@@ -27,19 +28,31 @@ struct Prior {
   Parameters mean, sigma;
 };
 
-Prior camera_prior(int width, int height, double pixel_aspect) {
+Prior camera_prior(const CalibrationOptions& options) {
+  const int width = options.width, height = options.height;
   const double size = std::max(width, height);
   // Camcorders stand one to six picture widths away; a single plane tells little about it.
   const double focal = 3.0 * size;
   const double corner = 0.5 * std::hypot(width, height) / focal;
   Prior prior;
-  prior.mean << std::log(focal), std::log(pixel_aspect), 0, 0, 0, 0, 0, 0, 0, 0;
+  prior.mean << std::log(focal), std::log(options.pixel_aspect), 0, 0, 0, 0, 0, 0, 0, 0;
   constexpr double unknown = 1.0e3;
   // Tilts of a camera that was set up to look straight at the rig: a few degrees. Roll: free.
   prior.sigma << 0.5, 0.1, 0.15, 0.15, unknown, unknown, unknown, unknown,
       0.1 / (corner * corner),     // 10 % of the radius at the corner is a strong distortion
       0.01 / std::pow(corner, 4);  // the next term is usually a tenth of it
+  if (const auto& lens = options.lens) {
+    prior.mean[0] = std::log(lens->focal_px);
+    prior.sigma[0] = lens->focal_sigma_px / lens->focal_px;
+    prior.mean.tail<2>() << lens->k1, lens->k2;
+    prior.sigma.tail<2>() << lens->k1_sigma, lens->k2_sigma;
+  }
   return prior;
+}
+
+Camera camera_of(const Parameters& parameters, const CalibrationOptions& options) {
+  if (!options.lens) return {options.width, options.height, parameters};
+  return {options.width, options.height, parameters, options.lens->principal_point};
 }
 
 struct Fit {
@@ -48,27 +61,24 @@ struct Fit {
   double data_square = 0.0;                   // px^2
 };
 
-// Priors count as if the dots were measured to this.
-constexpr double nominal_dot_sigma = 0.05;  // px
+// From where the camera says a reference is seen to where it was, px.
+Eigen::Vector2d miss(const Camera& camera, const CameraReference& reference) {
+  return disc_centroid(camera, reference.x, reference.z, reference.diameter) - reference.pixel;
+}
 
-Fit fit_camera(const std::vector<datasets::Fiducial>& fiducials,
-               const std::vector<FiducialSighting>& sightings,
-               int width,
-               int height,
+Fit fit_camera(const std::vector<CameraReference>& references,
+               const CalibrationOptions& options,
                const Prior& prior,
                Parameters parameters) {
-  const int rows = 2 * static_cast<int>(sightings.size());
+  const int rows = 2 * static_cast<int>(references.size());
   const auto residuals_of = [&](const Parameters& p) {
     Eigen::VectorXd residuals(rows);
-    const Camera camera(width, height, p);
-    for (std::size_t i = 0; i < sightings.size(); ++i) {
-      const datasets::Fiducial& dot = fiducials[static_cast<std::size_t>(sightings[i].fiducial)];
-      residuals.segment<2>(2 * static_cast<int>(i)) =
-          disc_centroid(camera, dot.x, dot.z, dot.diameter) - sightings[i].pixel;
-    }
+    const Camera camera = camera_of(p, options);
+    for (std::size_t i = 0; i < references.size(); ++i)
+      residuals.segment<2>(2 * static_cast<int>(i)) = miss(camera, references[i]);
     return residuals;
   };
-  const Parameters prior_weight = (nominal_dot_sigma / prior.sigma.array()).matrix();
+  const Parameters prior_weight = (options.expected_sigma_px / prior.sigma.array()).matrix();
   const auto cost_of = [&](const Parameters& p, const Eigen::VectorXd& residuals) {
     return residuals.squaredNorm() + prior_weight.cwiseProduct(p - prior.mean).squaredNorm();
   };
@@ -114,31 +124,31 @@ Fit fit_camera(const std::vector<datasets::Fiducial>& fiducials,
   return {parameters, information, residuals.squaredNorm()};
 }
 
-// Similarity from the sightings: enough to start the fit from.
-Parameters starting_parameters(const std::vector<datasets::Fiducial>& fiducials,
-                               const std::vector<FiducialSighting>& sightings,
-                               int width,
-                               int height,
+std::vector<CameraReference> without(std::vector<CameraReference> references, std::size_t one) {
+  references.erase(references.begin() + static_cast<std::ptrdiff_t>(one));
+  return references;
+}
+
+// Similarity from the references: enough to start the fit from.
+Parameters starting_parameters(const std::vector<CameraReference>& references,
+                               const CalibrationOptions& options,
                                const Prior& prior) {
   // Least squares for q = s * Rot * p + t with q = (a * column, -row); complex numbers keep it to
   // two lines.
   const double aspect = std::exp(prior.mean[1]);
+  const Eigen::Vector2d centre = camera_of(prior.mean, options).principal_point();
   Eigen::Vector2d mean_lab = Eigen::Vector2d::Zero(), mean_picture = Eigen::Vector2d::Zero();
-  const auto lab = [&](const FiducialSighting& s) {
-    const auto& dot = fiducials[static_cast<std::size_t>(s.fiducial)];
-    return Eigen::Vector2d(dot.x, dot.z);
+  const auto lab = [](const CameraReference& r) { return Eigen::Vector2d(r.x, r.z); };
+  const auto picture = [&](const CameraReference& r) {
+    return Eigen::Vector2d(aspect * (r.pixel.x() - centre.x()), -(r.pixel.y() - centre.y()));
   };
-  const auto picture = [&](const FiducialSighting& s) {
-    return Eigen::Vector2d(aspect * (s.pixel.x() - 0.5 * (width - 1)),
-                           -(s.pixel.y() - 0.5 * (height - 1)));
-  };
-  for (const auto& s : sightings) {
-    mean_lab += lab(s) / static_cast<double>(sightings.size());
-    mean_picture += picture(s) / static_cast<double>(sightings.size());
+  for (const CameraReference& r : references) {
+    mean_lab += lab(r) / static_cast<double>(references.size());
+    mean_picture += picture(r) / static_cast<double>(references.size());
   }
   double real = 0.0, imaginary = 0.0, square = 0.0;
-  for (const auto& s : sightings) {
-    const Eigen::Vector2d p = lab(s) - mean_lab, q = picture(s) - mean_picture;
+  for (const CameraReference& r : references) {
+    const Eigen::Vector2d p = lab(r) - mean_lab, q = picture(r) - mean_picture;
     real += p.dot(q);
     imaginary += p.x() * q.y() - p.y() * q.x();
     square += p.squaredNorm();
@@ -158,7 +168,13 @@ Parameters starting_parameters(const std::vector<datasets::Fiducial>& fiducials,
 }  // namespace
 
 Camera::Camera(int width, int height, const Parameters& parameters)
-    : width_(width), height_(height), parameters_(parameters) {
+    : Camera(width, height, parameters, {0.5 * (width - 1), 0.5 * (height - 1)}) {}
+
+Camera::Camera(int width,
+               int height,
+               const Parameters& parameters,
+               const Eigen::Vector2d& principal_point)
+    : width_(width), height_(height), parameters_(parameters), principal_point_(principal_point) {
   focal_ = std::exp(parameters[0]);
   aspect_ = std::exp(parameters[1]);
   // Right, down, forward from right, up, towards the camera.
@@ -175,13 +191,13 @@ Eigen::Vector2d Camera::project(const Eigen::Vector3d& point) const {
   const double u = seen.x() / seen.z(), v = seen.y() / seen.z();
   const double square = u * u + v * v;
   const double stretch = 1.0 + square * (parameters_[8] + parameters_[9] * square);
-  return {0.5 * (width_ - 1) + focal_ / aspect_ * u * stretch,
-          0.5 * (height_ - 1) + focal_ * v * stretch};
+  return {principal_point_.x() + focal_ / aspect_ * u * stretch,
+          principal_point_.y() + focal_ * v * stretch};
 }
 
 Eigen::Vector2d Camera::unproject(const Eigen::Vector2d& pixel) const {
-  const double distorted_u = (pixel.x() - 0.5 * (width_ - 1)) * aspect_ / focal_;
-  const double distorted_v = (pixel.y() - 0.5 * (height_ - 1)) / focal_;
+  const double distorted_u = (pixel.x() - principal_point_.x()) * aspect_ / focal_;
+  const double distorted_v = (pixel.y() - principal_point_.y()) / focal_;
   // Undo the distortion by fixed-point iteration: it shrinks the error by the distortion itself, a
   // few per cent.
   double u = distorted_u, v = distorted_v;
@@ -232,6 +248,7 @@ void sphere_outline(const Camera& camera,
 Eigen::Vector2d disc_centroid(const Camera& camera, double x, double z, double diameter) {
   constexpr int corners = 24;
   const Eigen::Vector2d origin = camera.project(x, z);
+  if (diameter == 0.0) return origin;
   double area = 0.0;
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
   const auto corner = [&](int k) -> Eigen::Vector2d {
@@ -258,60 +275,46 @@ Eigen::Matrix2d Calibration::point_covariance(double x, double z) const {
     const double delta = 1.0e-6;
     forward[k] += delta;
     backward[k] -= delta;
-    derivative.col(k) = (Camera(camera.width(), camera.height(), forward).project(x, z) -
-                         Camera(camera.width(), camera.height(), backward).project(x, z)) /
-                        (2.0 * delta);
+    const auto seen_with = [&](const Parameters& p) {
+      return Camera(camera.width(), camera.height(), p, camera.principal_point()).project(x, z);
+    };
+    derivative.col(k) = (seen_with(forward) - seen_with(backward)) / (2.0 * delta);
   }
   const Eigen::Matrix2d plane_from_pixel = camera.jacobian(x, z).inverse();
   return plane_from_pixel * derivative * covariance * derivative.transpose() *
          plane_from_pixel.transpose();
 }
 
-Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
-                      const std::vector<FiducialSighting>& sightings,
-                      int width,
-                      int height,
-                      double pixel_aspect) {
-  constexpr std::size_t fewest = 4;
-  const auto complain = [&](std::size_t count) {
+Calibration calibrate(const std::vector<CameraReference>& references,
+                      const CalibrationOptions& options) {
+  if (references.size() < fewest_references) {
     throw datasets::InputError(
-        fmt::format("camera.fiducials: {} usable dots; at least {} are needed to calibrate the "
-                    "camera, 8 or more are better",
-                    count,
-                    fewest));
-  };
-  if (sightings.size() < fewest) complain(sightings.size());
-  const Prior prior = camera_prior(width, height, pixel_aspect);
-  std::vector<FiducialSighting> kept = sightings;
+        fmt::format("camera: {} usable points of known place; at least {} are needed to calibrate "
+                    "the camera, 8 or more are better",
+                    references.size(),
+                    fewest_references));
+  }
+  const Prior prior = camera_prior(options);
+  std::vector<CameraReference> kept = references;
   Fit fit;
   Calibration result;
-  // 1. Fit, and while one dot spoils it leave that one out
+  // 1. Fit, and while one reference spoils it leave that one out
   while (true) {
-    fit = fit_camera(fiducials,
-                     kept,
-                     width,
-                     height,
-                     prior,
-                     starting_parameters(fiducials, kept, width, height, prior));
-    result.camera = Camera(width, height, fit.parameters);
+    fit = fit_camera(kept, options, prior, starting_parameters(kept, options, prior));
+    result.camera = camera_of(fit.parameters, options);
     result.residuals.clear();
-    for (const FiducialSighting& s : kept) {
-      const auto& dot = fiducials[static_cast<std::size_t>(s.fiducial)];
-      const Eigen::Vector2d miss =
-          disc_centroid(result.camera, dot.x, dot.z, dot.diameter) - s.pixel;
-      result.residuals.push_back((result.camera.jacobian(dot.x, dot.z).inverse() * miss).norm());
-    }
-    // A dot that was mismeasured bends the whole fit: left out, the others agree much better. With
-    // good dots one less changes little; a few hundredths of a pixel are never worth a dot.
+    for (const CameraReference& r : kept)
+      result.residuals.push_back(
+          (result.camera.jacobian(r.x, r.z).inverse() * miss(result.camera, r)).norm());
+    // What was mismeasured bends the whole fit: left out, the others agree much better. With good
+    // references one less changes little; what may be expected of them is never worth one.
     const double rms_px = std::sqrt(fit.data_square / (2.0 * static_cast<double>(kept.size())));
-    if (kept.size() <= fewest || rms_px < 2.0 * nominal_dot_sigma) break;
+    if (kept.size() <= fewest_references || rms_px < 2.0 * options.expected_sigma_px) break;
     double least = fit.data_square;
     std::size_t culprit = kept.size();
     for (std::size_t i = 0; i < kept.size(); ++i) {
-      std::vector<FiducialSighting> others = kept;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
       const double square =
-          fit_camera(fiducials, others, width, height, prior, fit.parameters).data_square;
+          fit_camera(without(kept, i), options, prior, fit.parameters).data_square;
       if (square < least) {
         least = square;
         culprit = i;
@@ -321,36 +324,52 @@ Calibration calibrate(const std::vector<datasets::Fiducial>& fiducials,
     if (culprit == kept.size() || plain_gain * least > fit.data_square) break;
     kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(culprit));
   }
-  // 2. Scatter, residuals in millimetres, and what each dot would have been predicted to be by the
+  // 2. Scatter, residuals in millimetres, and what each would have been predicted to be by the
   // others
   const double freedom = std::max(2.0, 2.0 * static_cast<double>(kept.size()) - 8.0);
-  result.pixel_sigma = std::max(std::sqrt(fit.data_square / freedom), 0.01);
+  result.pixel_sigma = std::max(std::sqrt(fit.data_square / freedom), options.least_sigma_px);
   result.covariance = fit.information.inverse() * result.pixel_sigma * result.pixel_sigma;
   double square = 0.0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    result.used.push_back(kept[i].fiducial);
+    result.used.push_back(kept[i].number);
     square += result.residuals[i] * result.residuals[i];
     result.max = std::max(result.max, result.residuals[i]);
   }
   result.rms = std::sqrt(square / static_cast<double>(kept.size()));
-  if (kept.size() > fewest) {
+  if (kept.size() > fewest_references) {
     double left_out_square = 0.0;
     for (std::size_t i = 0; i < kept.size(); ++i) {
-      std::vector<FiducialSighting> others = kept;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      const Camera camera(
-          width,
-          height,
-          fit_camera(fiducials, others, width, height, prior, fit.parameters).parameters);
-      const auto& dot = fiducials[static_cast<std::size_t>(kept[i].fiducial)];
-      const Eigen::Vector2d miss =
-          disc_centroid(camera, dot.x, dot.z, dot.diameter) - kept[i].pixel;
-      const double error = (camera.jacobian(dot.x, dot.z).inverse() * miss).norm();
+      const Camera camera = camera_of(
+          fit_camera(without(kept, i), options, prior, fit.parameters).parameters, options);
+      const CameraReference& r = kept[i];
+      const double error = (camera.jacobian(r.x, r.z).inverse() * miss(camera, r)).norm();
       left_out_square += error * error;
       result.leave_one_out_max = std::max(result.leave_one_out_max, error);
     }
     result.leave_one_out_rms = std::sqrt(left_out_square / static_cast<double>(kept.size()));
   }
+  return result;
+}
+
+// Seen from unit distance the stick has some length L_1 in the plane; from a distance d it has d
+// L_1, and so has every other length. The distance alone is uncertain, and the foot of the optical
+// axis goes with it:
+//   d = L / L_1,   d(foot) = foot d(log d).
+Calibration level_camera(const KnownLength& known, const CalibrationOptions& options) {
+  Parameters parameters = camera_prior(options).mean;
+  const Camera near = camera_of(parameters, options);
+  const double distance =
+      known.length / (near.unproject(known.from) - near.unproject(known.to)).norm();
+  parameters[7] = std::log(distance);
+  parameters.segment<2>(5) = -distance * near.unproject(known.origin);
+  Parameters slope = Parameters::Zero();
+  slope.segment<2>(5) = parameters.segment<2>(5);
+  slope[7] = 1.0;
+  Calibration result;
+  result.camera = camera_of(parameters, options);
+  result.rms = result.max = result.leave_one_out_rms = result.leave_one_out_max =
+      std::numeric_limits<double>::quiet_NaN();
+  result.covariance = slope * slope.transpose() * known.relative_sigma * known.relative_sigma;
   return result;
 }
 

@@ -22,12 +22,31 @@ struct View {
   std::vector<cv::Point2f> corners;
 };
 
+// In the order in which OpenCV finds them; none where no whole board is seen.
+std::vector<cv::Point2f> corners_in(const cv::Mat& grey, int columns, int rows) {
+  std::vector<cv::Point2f> corners;
+  if (!cv::findChessboardCorners(grey, {columns, rows}, corners)) return {};
+  // The window must not reach the next corner.
+  const double pitch = cv::norm(corners[1] - corners[0]);
+  const int half = std::clamp(static_cast<int>(0.4 * pitch), 2, 11);
+  cv::cornerSubPix(grey,
+                   corners,
+                   {half, half},
+                   {-1, -1},
+                   {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-3});
+  return corners;
+}
+
 struct Fit {
   Lens lens;
   std::vector<double> residuals;  // px rms, one a view
 };
 
-Fit fit(const std::vector<View>& views, int columns, int rows, const cv::Size& size) {
+Fit fit(const std::vector<View>& views,
+        int columns,
+        int rows,
+        const cv::Size& size,
+        Distortion distortion_terms) {
   std::vector<cv::Point3f> board;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column)
@@ -36,7 +55,10 @@ Fit fit(const std::vector<View>& views, int columns, int rows, const cv::Size& s
   std::vector<std::vector<cv::Point3f>> places(views.size(), board);
   std::vector<std::vector<cv::Point2f>> corners;
   for (const View& view : views) corners.push_back(view.corners);
-  cv::Mat camera = cv::Mat::eye(3, 3, CV_64F), distortion, per_view;
+  cv::Mat camera = cv::Mat::eye(3, 3, CV_64F), distortion, sigmas, per_view;
+  int flags = cv::CALIB_FIX_ASPECT_RATIO;
+  if (distortion_terms == Distortion::two_radial_terms)
+    flags |= cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K3;
   Fit result;
   result.lens.rms_px = cv::calibrateCamera(places,
                                            corners,
@@ -45,10 +67,15 @@ Fit fit(const std::vector<View>& views, int columns, int rows, const cv::Size& s
                                            distortion,
                                            cv::noArray(),
                                            cv::noArray(),
-                                           cv::noArray(),
+                                           sigmas,
                                            cv::noArray(),
                                            per_view,
-                                           cv::CALIB_FIX_ASPECT_RATIO);
+                                           flags);
+  // Of f_x, f_y, c_x, c_y, k1, k2, ...; with one aspect f_y is the one that was varied
+  result.lens.focal_sigma_px = std::max(sigmas.at<double>(0), sigmas.at<double>(1));
+  result.lens.k1_sigma = sigmas.at<double>(4);
+  result.lens.k2_sigma = sigmas.at<double>(5);
+  result.lens.size = size;
   result.lens.focal_px = camera.at<double>(0, 0);
   result.lens.principal_point = {camera.at<double>(0, 2), camera.at<double>(1, 2)};
   result.lens.k1 = distortion.at<double>(0);
@@ -63,7 +90,10 @@ Fit fit(const std::vector<View>& views, int columns, int rows, const cv::Size& s
 
 }  // namespace
 
-Lens calibrate_lens(const std::vector<std::filesystem::path>& files, int columns, int rows) {
+Lens calibrate_lens(const std::vector<std::filesystem::path>& files,
+                    int columns,
+                    int rows,
+                    Distortion distortion) {
   std::vector<View> views;
   std::vector<std::filesystem::path> unseen;
   cv::Size size;
@@ -77,19 +107,11 @@ Lens calibrate_lens(const std::vector<std::filesystem::path>& files, int columns
                                    : "the picture's size differs from that of the first"));
     }
     size = grey.size();
-    View view{file, {}};
-    if (!cv::findChessboardCorners(grey, {columns, rows}, view.corners)) {
+    View view{file, corners_in(grey, columns, rows)};
+    if (view.corners.empty()) {
       unseen.push_back(file);
       continue;
     }
-    // The window must not reach the next corner.
-    const double pitch = cv::norm(view.corners[1] - view.corners[0]);
-    const int half = std::clamp(static_cast<int>(0.4 * pitch), 2, 11);
-    cv::cornerSubPix(grey,
-                     view.corners,
-                     {half, half},
-                     {-1, -1},
-                     {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-3});
     views.push_back(std::move(view));
   }
   const auto require_views = [&] {
@@ -105,7 +127,7 @@ Lens calibrate_lens(const std::vector<std::filesystem::path>& files, int columns
                     fewest_views));
   };
   require_views();
-  Fit found = fit(views, columns, rows, size);
+  Fit found = fit(views, columns, rows, size, distortion);
   std::vector<double> sorted = found.residuals;
   std::nth_element(sorted.begin(),
                    sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
@@ -127,7 +149,7 @@ Lens calibrate_lens(const std::vector<std::filesystem::path>& files, int columns
   if (!discarded.empty()) {
     views = std::move(good);
     require_views();
-    found = fit(views, columns, rows, size);
+    found = fit(views, columns, rows, size, distortion);
   }
   for (const View& view : views) found.lens.used.push_back(view.file);
   found.lens.unseen = std::move(unseen);
@@ -136,6 +158,30 @@ Lens calibrate_lens(const std::vector<std::filesystem::path>& files, int columns
   found.lens.worst_px = worst_px;
   found.lens.median_px = median;
   return std::move(found.lens);
+}
+
+std::vector<BoardCorner> find_board(const cv::Mat& grey, int columns, int rows) {
+  const std::vector<cv::Point2f> corners = corners_in(grey, columns, rows);
+  if (corners.empty()) return {};
+  const auto corner = [&](int along, int across) {
+    return corners[static_cast<std::size_t>(across * columns + along)];
+  };
+  // Along a line of the list, and from line to line: one runs more to the right, the other upwards
+  const cv::Point2f along = corner(columns - 1, 0) - corner(0, 0);
+  const cv::Point2f across = corner(0, rows - 1) - corner(0, 0);
+  const bool lies = std::abs(along.x) * cv::norm(across) < std::abs(across.x) * cv::norm(along);
+  const cv::Point2f right = lies ? across : along, up = lies ? along : across;
+  const int width = lies ? rows : columns, height = lies ? columns : rows;
+  std::vector<BoardCorner> board;
+  for (int row = 0; row < height; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const int to_right = right.x < 0.0F ? width - 1 - column : column;
+      const int upwards = up.y > 0.0F ? height - 1 - row : row;  // rows of pixels grow downwards
+      const cv::Point2f at = lies ? corner(upwards, to_right) : corner(to_right, upwards);
+      board.push_back({column, row, {at.x, at.y}});
+    }
+  }
+  return board;
 }
 
 }  // namespace graintruth::tracking

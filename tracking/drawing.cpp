@@ -17,6 +17,8 @@ using datasets::InputError;
 
 namespace {
 
+const cv::Scalar ink(30, 28, 26);
+
 // A name in the same folder that keeps the ending, by which OpenCV chooses the format.
 std::filesystem::path unfinished(const std::filesystem::path& file) {
   std::filesystem::path result = file;
@@ -45,9 +47,44 @@ cv::Point fixed(const Eigen::Vector2d& pixel) {
           static_cast<int>(std::lround(pixel.y() * (1 << drawing_shift)))};
 }
 
+void draw_line(cv::Mat& picture,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to,
+               const cv::Scalar& colour,
+               int thickness) {
+  cv::line(picture, fixed(from), fixed(to), colour, thickness, cv::LINE_AA, drawing_shift);
+}
+
+void fill_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const cv::Scalar& colour) {
+  std::vector<cv::Point> points;
+  for (const Eigen::Vector2d& at : outline) points.push_back(fixed(at));
+  cv::fillPoly(picture, std::vector{points}, 0.75 * colour, cv::LINE_AA, drawing_shift);
+  cv::polylines(picture, points, true, ink, 1, cv::LINE_AA, drawing_shift);
+}
+
+void draw_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const DrawnBody& body) {
+  if (body.filled) {
+    fill_outline(picture, outline, body.colour);
+    return;
+  }
+  for (std::size_t k = 0; k < outline.size(); ++k)
+    draw_line(picture, outline[k], outline[(k + 1) % outline.size()], body.colour);
+}
+
+void draw_axis(cv::Mat& picture,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to,
+               const DrawnBody& body) {
+  draw_line(picture, from, to, body.filled ? ink : body.colour, body.filled ? 2 : 1);
+}
+
 void draw_rig(cv::Mat& picture,
               const Camera& camera,
-              const datasets::Rig& rig,
+              const datasets::SeenRig& rig,
               double time,
               const cv::Scalar& colour,
               int thickness) {
@@ -56,36 +93,16 @@ void draw_rig(cv::Mat& picture,
     for (int i = 0; i < pieces; ++i) {
       const Eigen::Vector2d a = from + (to - from) * i / pieces;
       const Eigen::Vector2d b = from + (to - from) * (i + 1) / pieces;
-      cv::line(picture,
-               fixed(camera.project(a.x(), a.y())),
-               fixed(camera.project(b.x(), b.y())),
-               colour,
-               thickness,
-               cv::LINE_AA,
-               drawing_shift);
+      draw_line(
+          picture, camera.project(a.x(), a.y()), camera.project(b.x(), b.y()), colour, thickness);
     }
   };
   for (const datasets::Wall& wall : rig.walls)
     draw({wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
-  if (const auto& piston = rig.moving_face) {
-    const double face = piston->face_z + piston->velocity_z * std::max(0.0, time);
-    draw({piston->left_x, face}, {piston->right_x, face});
+  if (const auto& face = rig.face) {
+    const double height = face->face_z + face->velocity_z * std::max(0.0, time);
+    draw({face->left_x, height}, {face->right_x, height});
   }
-}
-
-std::vector<Eigen::Vector2d> plate_outline(const Camera& camera,
-                                           const datasets::Pose& pose,
-                                           const PlateShape& shape) {
-  constexpr int points = 40;
-  const double angle = std::isfinite(pose.angle) ? pose.angle : 0.0;
-  const double c = std::cos(angle), s = std::sin(angle);
-  std::vector<Eigen::Vector2d> outline;
-  for (int k = 0; k < points; ++k) {
-    const double around = 2.0 * std::numbers::pi * k / points;
-    const double u = shape.semi_major * std::cos(around), v = shape.semi_minor * std::sin(around);
-    outline.push_back(camera.project(pose.x + c * u - s * v, pose.z + s * u + c * v));
-  }
-  return outline;
 }
 
 void write_text(cv::Mat& picture,

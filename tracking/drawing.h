@@ -10,10 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
-#include "datasets/trajectories.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "tracking/camera.h"
-#include "tracking/plate.h"
+#include "tracking/particle_tracker.h"
 
 namespace graintruth::tracking {
 
@@ -24,19 +23,36 @@ extern const std::array<cv::Scalar, 6> particle_colours;
 inline constexpr int drawing_shift = 4;
 cv::Point fixed(const Eigen::Vector2d& pixel);
 
-// Walls, and the piston where it is at a time after the start event (s), as the experiment states
-// them.
+void draw_line(cv::Mat& picture,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to,
+               const cv::Scalar& colour,
+               int thickness = 1);
+
+// A thing of its own: filled with a darker shade of its colour, with a dark rim.
+void fill_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const cv::Scalar& colour);
+
+// A closed outline as the body asks: filled, or lines.
+void draw_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const DrawnBody& body);
+
+// The long axis of a body: in its colour over a film, dark on a filled one.
+void draw_axis(cv::Mat& picture,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to,
+               const DrawnBody& body);
+
+// Walls, and the moving face where it is at a time after the start event (s), as the experiment
+// states them.
 void draw_rig(cv::Mat& picture,
               const Camera& camera,
-              const datasets::Rig& rig,
+              const datasets::SeenRig& rig,
               double time,
               const cv::Scalar& colour,
               int thickness);
-
-// What the camera sees of a plate's rim, px; of one whose angle is not known its nominal lie.
-std::vector<Eigen::Vector2d> plate_outline(const Camera& camera,
-                                           const datasets::Pose& pose,
-                                           const PlateShape& shape);
 
 // With a dark rim, to be read on any ground.
 void write_text(cv::Mat& picture,

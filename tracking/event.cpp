@@ -28,13 +28,13 @@ bool is_inside(const cv::Mat& grey, const Eigen::Vector2d& pixel) {
 // `top` down in steps. Empty where the face leaves the picture.
 std::vector<double> downward_gradient(const cv::Mat& grey,
                                       const Camera& camera,
-                                      const datasets::MovingFace& piston,
+                                      const datasets::MovingFace& face,
                                       double top,
                                       double step,
                                       int count) {
-  const double width = piston.right_x - piston.left_x;
-  // The ends are left out: there the face meets the column's walls.
-  const double from = piston.left_x + 0.06 * width, to = piston.right_x - 0.06 * width;
+  const double width = face.right_x - face.left_x;
+  // The ends are left out: there the face meets the walls.
+  const double from = face.left_x + 0.06 * width, to = face.right_x - 0.06 * width;
   const int columns = std::clamp(
       static_cast<int>(0.5 * (to - from) * camera.scale(0.5 * (from + to), top)), 8, 200);
   std::vector<double> profile(static_cast<std::size_t>(count) + 2, 0.0);
@@ -56,22 +56,21 @@ std::vector<double> downward_gradient(const cv::Mat& grey,
 
 }  // namespace
 
-double PistonWatcher::measure(const cv::Mat& grey, const Camera& camera) {
+double FaceWatcher::measure(const cv::Mat& grey, const Camera& camera) {
   const bool first = record_.time.empty();
   record_.time.push_back(static_cast<double>(record_.time.size()) / frame_rate_);
-  const double reference = first ? piston_.face_z : last_height_;
-  const double pixel =
-      1.0 / camera.scale(0.5 * (piston_.left_x + piston_.right_x), reference);  // m
+  const double reference = first ? face_.face_z : last_height_;
+  const double pixel = 1.0 / camera.scale(0.5 * (face_.left_x + face_.right_x), reference);  // m
   const double step = 0.5 * pixel;
   // First frame: the rig was measured to some millimetres, and the front edge of a deep face shows
   // parallax. Later: a frame's travel, and as much again for every frame in which it was not seen.
-  const double travel = piston_.velocity_z / frame_rate_ * (1 + lost_);
+  const double travel = face_.velocity_z / frame_rate_ * (1 + lost_);
   constexpr double rig_tolerance = 5.0e-3;  // m
   const double up = first ? rig_tolerance : 2.0 * pixel + std::max(0.0, 1.3 * travel);
   const double down = first ? rig_tolerance : 2.0 * pixel + std::max(0.0, -1.3 * travel);
   const int count = static_cast<int>((up + down) / step) + 1;
   const std::vector<double> gradient =
-      downward_gradient(grey, camera, piston_, reference + up, step, count);
+      downward_gradient(grey, camera, face_, reference + up, step, count);
   double height = nan;
   if (gradient.size() >= 3) {
     std::size_t best = 0;
@@ -103,7 +102,7 @@ double PistonWatcher::measure(const cv::Mat& grey, const Camera& camera) {
     last_height_ = height;
     lost_ = 0;
   } else {
-    if (first) last_height_ = piston_.face_z;
+    if (first) last_height_ = face_.face_z;
     ++lost_;
   }
   record_.height.push_back(height);
@@ -202,7 +201,7 @@ std::optional<Event> fit_onset(const HeightRecord& record, double expected_speed
                       std::max(5.0 * sigma, 0.1 * std::abs(expected_speed) * interval);
     (after > 0.0 ? moving_near : still_near) += near;
   }
-  // A clock wrong by a factor of two is told of; a slower drift than that is no piston.
+  // A clock wrong by a factor of two is told of; a slower drift than that is no face.
   const double speed_ratio = best.v / expected_speed;
   if (best.still < 2 || 2 * still_near < best.still || 2 * moving_near < best.moving ||
       speed_ratio < 0.45 || speed_ratio > 2.2 || sigma > std::abs(expected_speed) * interval)

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "tracking/camera.h"
 
 namespace graintruth::tracking {
@@ -18,12 +18,11 @@ struct HeightRecord {
   std::vector<double> height;  // m
 };
 
-// Follows the edge of the piston's face through the film: the gradient along z averaged over the
+// Follows the edge of a moving face through the film: the gradient along z averaged over the
 // width of the face, whose sign stays the same, so that curved or passing things average out.
-class PistonWatcher {
+class FaceWatcher {
  public:
-  PistonWatcher(const datasets::MovingFace& piston, double frame_rate)
-      : piston_(piston), frame_rate_(frame_rate) {}
+  FaceWatcher(const datasets::MovingFace& face, double rate) : face_(face), frame_rate_(rate) {}
 
   // Measures the face in the next frame; `grey` is 8 bit. Returns the height of the edge, m, or
   // NaN.
@@ -33,7 +32,7 @@ class PistonWatcher {
   double last_height() const { return last_height_; }
 
  private:
-  datasets::MovingFace piston_;
+  datasets::MovingFace face_;
   double frame_rate_;
   double sign_ = 0.0;      // +1: brighter below the edge
   double strength_ = 0.0;  // grey levels a pixel, in the first frame

@@ -5,10 +5,17 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/camera.h"
 #include "tracking/camera.h"
 
 namespace graintruth::tracking {
+
+// A dot that was found in the picture.
+struct FiducialSighting {
+  int fiducial = -1;                                // index into the list of fiducials
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // centre of area
+  double diameter_px = 0.0;
+};
 
 // A dark, round, closed patch.
 struct DarkDot {

@@ -11,7 +11,8 @@ namespace {
 
 constexpr int moved_level = 24;     // grey levels of change at a pixel: well above camera noise
 constexpr long convincing = 20000;  // moved pixels
-constexpr long fewest = 200;        // moved pixels below which nothing is said
+// Votes below which nothing is said: those of one rim are alike, and a few rims agree by chance
+constexpr long fewest_votes = 400;
 constexpr double one_sided =
     2.0;  // films taken all at once give 1.00 +- 0.05, woven ones 3 or more
 constexpr int longest_look = 400;  // frames
@@ -52,15 +53,16 @@ bool ScanDetector::is_sure() const { return moved_ > convincing; }
 Scan ScanDetector::scan() const {
   const double odd_then_even = static_cast<double>(odd_to_even_) + 1.0;
   const double even_then_odd = static_cast<double>(even_to_odd_) + 1.0;
-  if (moved_ < fewest) return Scan::progressive;
+  if (odd_to_even_ + even_to_odd_ < fewest_votes) return Scan::progressive;
   if (odd_then_even > one_sided * even_then_odd) return Scan::even_rows_first;
   if (even_then_odd > one_sided * odd_then_even) return Scan::odd_rows_first;
   return Scan::progressive;
 }
 
 Scan detect_scan(const std::filesystem::path& film) {
-  cv::VideoCapture capture(film.string(), cv::CAP_FFMPEG);
   ScanDetector detector;
+  if (!std::filesystem::is_regular_file(film)) return detector.scan();  // single pictures
+  cv::VideoCapture capture(film.string(), cv::CAP_FFMPEG);
   cv::Mat frame;
   for (int number = 0; number < longest_look && !detector.is_sure() && capture.read(frame);
        ++number)

@@ -2,92 +2,111 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <numbers>
 
 #include "datasets/input_error.h"
 
 namespace graintruth::tracking {
 
-using datasets::InputError;
-
 namespace {
-constexpr std::size_t fewest = 4;  // fiducials that fix a camera
+
+cv::Rect region_of(const datasets::Camera& stated,
+                   const cv::Size& size,
+                   const datasets::Film& film) {
+  const cv::Rect whole({}, size);
+  if (!stated.region) return whole;
+  const auto& [left, top, right, bottom] = *stated.region;
+  const cv::Rect region = cv::Rect(left, top, right - left, bottom - top) & whole;
+  if (region.empty()) {
+    throw datasets::InputError(
+        fmt::format("{}: camera.region_px lies outside the picture of {} x {} pixels",
+                    film.experiment.string(),
+                    size.width,
+                    size.height));
+  }
+  return region;
 }
 
-FilmCamera calibrate_on(const datasets::Experiment& experiment,
+}  // namespace
+
+FilmCamera calibrate_on(const datasets::Camera& stated,
                         const cv::Mat& first_frame,
-                        const std::string& where) {
-  const auto& given = experiment.camera.fiducials;
-  if (given.size() < fewest) {
-    throw InputError(fmt::format(
-        "{}: camera.fiducials: {} given; at least {} dots of known position are needed to "
-        "calibrate the camera",
-        experiment.file.string(),
-        given.size(),
-        fewest));
-  }
-  cv::Mat grey;
-  cv::cvtColor(first_frame, grey, cv::COLOR_BGR2GRAY);
-  FilmCamera film;
-  film.sightings = find_fiducials(grey, given, experiment.camera.pixel_aspect);
-  if (film.sightings.size() < fewest) {
-    throw InputError(fmt::format(
-        "{}: only {} of {} fiducials were found in the first frame, at least {} are needed; "
-        "check that the dots are dark on a light ground, unobstructed, and that their "
-        "positions in the experiment file are right",
-        where,
-        film.sightings.size(),
-        given.size(),
-        fewest));
-  }
-  film.calibration =
-      calibrate(given, film.sightings, grey.cols, grey.rows, experiment.camera.pixel_aspect);
-  return film;
+                        const datasets::Film& film) {
+  FilmCamera camera{.scale = look_for_scale(stated, first_frame, film),
+                    .region = region_of(stated, first_frame.size(), film)};
+  camera.calibration = calibrate(camera.scale, stated, first_frame.size(), film);
+  return camera;
 }
 
 void describe_camera(const FilmCamera& film,
-                     const datasets::Experiment& experiment,
-                     double pixel,
+                     const datasets::Camera& stated,
                      TrackingSummary& summary) {
   const Calibration& calibration = film.calibration;
-  summary.fiducials_given = static_cast<int>(experiment.camera.fiducials.size());
-  summary.fiducials_found = static_cast<int>(film.sightings.size());
-  summary.fiducials_used = static_cast<int>(calibration.used.size());
-  summary.distortion_k1 = calibration.camera.k1();
-  summary.distortion_k2 = calibration.camera.k2();
-  summary.pixel_aspect = calibration.camera.pixel_aspect();
+  const Camera& camera = calibration.camera;
+  const std::string& name = film.scale.name;
+  summary.references = name;
+  summary.references_given = film.scale.given;
+  summary.references_found = film.scale.found;
+  summary.references_used = stated.stick ? 1 : static_cast<int>(calibration.used.size());
+  summary.distortion_k1 = camera.k1();
+  summary.distortion_k2 = camera.k2();
+  summary.pixel_aspect = camera.pixel_aspect();
   summary.calibration_rms_mm = 1.0e3 * calibration.rms;
   summary.calibration_max_mm = 1.0e3 * calibration.max;
   summary.calibration_leave_one_out_rms_mm = 1.0e3 * calibration.leave_one_out_rms;
   summary.calibration_leave_one_out_max_mm = 1.0e3 * calibration.leave_one_out_max;
-  if (summary.fiducials_used < summary.fiducials_given) {
-    summary.warn(
-        fmt::format("{} of {} fiducials were used to calibrate the camera; the others were not "
-                    "found or lie off.",
-                    summary.fiducials_used,
-                    summary.fiducials_given));
+  if (film.scale.sightings.empty())
+    summary.findings.emplace_back(
+        "the camera is taken to stand still: only fiducials could tell that it does not");
+  if (const auto& stick = stated.stick) {
+    constexpr double tilt = 5.0;  // degrees
+    summary.warn(fmt::format(
+        "The scale comes from a length of {:.4g} mm: that the camera is level and square to the "
+        "plane{} is assumed, not measured ({:.0f} degrees of tilt change lengths by {:.1f} %).",
+        1.0e3 * stick->length,
+        stated.lens ? "" : ", and that its lens bends no lines,",
+        tilt,
+        100.0 * (1.0 - std::cos(tilt * std::numbers::pi / 180.0))));
+    return;
   }
-  if (calibration.used.size() == fewest) {
-    summary.warn(
-        "Only four fiducials: the camera's distortion and the calibration's error cannot be "
-        "checked.");
+  if (summary.references_used < summary.references_given) {
+    summary.warn(fmt::format(
+        "{} of {} {} were used to calibrate the camera; the others were not found or lie off.",
+        summary.references_used,
+        summary.references_given,
+        name));
+  }
+  if (calibration.used.size() == fewest_references) {
+    summary.warn(fmt::format(
+        "Only four {}: the camera's distortion and the calibration's error cannot be checked.",
+        name));
   }
   // A tilt of some degrees looks like a per cent or two
   constexpr double aspect_tolerance = 0.03;
-  if (std::abs(summary.pixel_aspect / experiment.camera.pixel_aspect - 1.0) > aspect_tolerance) {
+  if (std::abs(summary.pixel_aspect / stated.pixel_aspect - 1.0) > aspect_tolerance) {
     summary.warn(fmt::format(
-        "The fiducials show pixels {:.3f} times as wide as high but camera.pixel_aspect "
-        "is {:.3f}; what the fiducials show was used.",
+        "The {} show pixels {:.3f} times as wide as high but camera.pixel_aspect is {:.3f}; what "
+        "the {} show was used.",
+        name,
         summary.pixel_aspect,
-        experiment.camera.pixel_aspect));
+        stated.pixel_aspect,
+        name));
   }
-  if (calibration.rms > 0.5 * pixel) {
+  // Half a pixel is ten times what a well-seen disc leaves; clicks scatter by more
+  const double limit_px = std::max(0.5, 3.0 * std::numbers::sqrt2 * film.scale.expected_sigma_px);
+  const CameraReference& any = film.scale.references.front();
+  const double pixel = 1.0 / camera.scale(any.x, any.z);  // m
+  if (calibration.rms > limit_px * pixel) {
     summary.fail(
-        fmt::format("The fiducials fit the camera model only to {:.2f} mm rms (half a pixel is "
-                    "{:.2f} mm): positions in the experiment file may be wrong.",
+        fmt::format("The {} fit the camera model only to {:.2f} mm rms ({:.1f} pixels are {:.2f} "
+                    "mm): positions "
+                    "in the experiment file may be wrong.",
+                    name,
                     summary.calibration_rms_mm,
-                    0.5e3 * pixel));
+                    limit_px,
+                    1.0e3 * limit_px * pixel));
   }
 }
 

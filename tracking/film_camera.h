@@ -2,31 +2,28 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
-#include "tracking/fiducials.h"
+#include "tracking/scale.h"
 #include "tracking/steady_view.h"
-#include "tracking/track_video.h"
+#include "tracking/tracking_summary.h"
 
 namespace graintruth::tracking {
 
 struct FilmCamera {
   Calibration calibration;
-  std::vector<FiducialSighting> sightings;
+  SeenScale scale;
+  cv::Rect region;  // px, the part of the picture that is looked at
 };
 
-// Throws InputError where too few fiducials are given or found; `where` names the film.
-FilmCamera calibrate_on(const datasets::Experiment& experiment,
+// Throws InputError where too little of a scale is given or found.
+FilmCamera calibrate_on(const datasets::Camera& stated,
                         const cv::Mat& first_frame,
-                        const std::string& where);
+                        const datasets::Film& film);
 
-// Figures of the calibration, and sentences where it is doubtful. `pixel` is the width of a pixel
-// where the particles are, m.
+// Figures of the calibration, and sentences where it is doubtful or rests on assumptions.
 void describe_camera(const FilmCamera& film,
-                     const datasets::Experiment& experiment,
-                     double pixel,
+                     const datasets::Camera& stated,
                      TrackingSummary& summary);
 
 // Sentences where the camera did not stand still, or nobody can tell.

@@ -10,11 +10,9 @@ namespace graintruth::tracking {
 
 namespace {
 
-// Where particles can be: about the walls, the piston and the start places; the whole picture where
+// Where particles can be: about the walls and the start places; the whole picture where
 // nothing is known.
-PlaneRegion search_region(const datasets::Experiment& experiment,
-                          const Camera& camera,
-                          double radius) {
+PlaneRegion search_region(const datasets::TrackingSpec& spec, const Camera& camera, double radius) {
   PlaneRegion seen{1.0e9, -1.0e9, 1.0e9, -1.0e9};
   const auto include = [](PlaneRegion& region, double x, double z) {
     region.left = std::min(region.left, x);
@@ -29,11 +27,11 @@ PlaneRegion search_region(const datasets::Experiment& experiment,
     }
   }
   PlaneRegion rig{1.0e9, -1.0e9, 1.0e9, -1.0e9};
-  for (const auto& wall : experiment.rig.walls) {
+  for (const auto& wall : spec.rig.walls) {
     include(rig, wall.from_x, wall.from_z);
     include(rig, wall.to_x, wall.to_z);
   }
-  for (const auto& start : experiment.starts) {
+  for (const auto& start : spec.starts) {
     include(rig, start.x - 2.5 * radius, start.z - 2.5 * radius);
     include(rig, start.x + 2.5 * radius, start.z + 2.5 * radius);
   }
@@ -50,10 +48,9 @@ PlaneRegion search_region(const datasets::Experiment& experiment,
 Surroundings FilmView::surroundings() const {
   Surroundings result;
   result.walls = walls;
-  if (experiment.rig.moving_face && piston) {
-    const auto& face = *experiment.rig.moving_face;
-    const double height = piston->last_height();
-    result.walls.push_back({"piston", face.left_x, height, face.right_x, height});
+  if (face) {
+    const double height = face->last_height();
+    result.walls.push_back({"face", spec.rig.face->left_x, height, spec.rig.face->right_x, height});
   }
   return result;
 }
@@ -62,12 +59,12 @@ std::vector<BallCandidate> FilmView::candidates_in(const cv::Mat& frame,
                                                    const BodyShape& sought) const {
   const double radius = 0.5 * (sought.radius[0] + sought.radius[1]);
   std::vector<BallCandidate> candidates =
-      locate_balls(frame, lens(), region, radius, camera_noise, 8 * experiment.particle.count + 16);
+      locate_balls(frame, lens(), region, radius, camera_noise, 8 * count + 16);
   if (sought.balls == 2) return candidates;
   // A dot as large as a ball is as round as one.
   std::erase_if(candidates, [&](const BallCandidate& candidate) {
-    return std::any_of(experiment.camera.fiducials.begin(),
-                       experiment.camera.fiducials.end(),
+    return std::any_of(spec.camera.fiducials.begin(),
+                       spec.camera.fiducials.end(),
                        [&](const datasets::Fiducial& dot) {
                          return std::hypot(candidate.x - dot.x, candidate.z - dot.z) < 0.5 * radius;
                        });
@@ -88,40 +85,35 @@ std::vector<BodyFit> FilmView::fits_in(const cv::Mat& frame,
                     edge_noise);
 }
 
-void FilmView::watch_piston(const cv::Mat& frame) {
-  if (!piston) return;
+void FilmView::watch_face(const cv::Mat& frame) {
+  if (!face) return;
   cv::Mat grey;
   cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
-  piston->measure(grey, lens());
+  face->measure(grey, lens());
 }
 
-FilmView view_of(const datasets::Experiment& experiment,
-                 const cv::Mat& first_frame,
-                 const std::string& where,
-                 TrackingSummary& summary) {
-  const BodyShape nominal = nominal_shape(experiment);
-  FilmView view{experiment, where, nominal, nominal};
-  view.camera = calibrate_on(experiment, first_frame, where);
-  const datasets::Fiducial& any = experiment.camera.fiducials.front();
-  describe_camera(view.camera, experiment, 1.0 / view.lens().scale(any.x, any.z), summary);
+FilmView view_of(const datasets::TrackingSpec& spec,
+                 const BodyShape& nominal,
+                 const FilmCamera& camera,
+                 const cv::Mat& first_frame) {
+  FilmView view{spec, *spec.body.count, nominal, nominal, camera};
   const double noise = camera_noise(first_frame);
   view.camera_noise = std::max(1.0, noise);
   view.edge_noise = edge_noise(first_frame, noise);
-  view.region = search_region(experiment, view.lens(), nominal.radius[0]);
+  view.region = search_region(spec, view.lens(), nominal.radius[0]);
   // Bars reach half the gap towards the camera; their front edges are seen beside their place in
   // the plane.
-  view.walls = experiment.rig.walls;
-  for (const datasets::Wall& wall : experiment.rig.walls) {
-    const double front = 0.5 * experiment.rig.front_back_gap;
+  view.walls = spec.rig.walls;
+  for (const datasets::Wall& wall : spec.rig.walls) {
+    const double front = 0.5 * spec.rig.pane_gap;
     const Eigen::Vector2d from = view.lens().unproject(
         view.lens().project(Eigen::Vector3d(wall.from_x, wall.from_z, front)));
     const Eigen::Vector2d to =
         view.lens().unproject(view.lens().project(Eigen::Vector3d(wall.to_x, wall.to_z, front)));
-    view.walls.push_back({wall.name + " front", from.x(), from.y(), to.x(), to.y()});
+    view.walls.push_back({"front edge", from.x(), from.y(), to.x(), to.y()});
   }
-  if (experiment.rig.moving_face)
-    view.piston.emplace(*experiment.rig.moving_face, experiment.camera.frame_rate);
-  view.watch_piston(first_frame);
+  if (spec.rig.face) view.face.emplace(*spec.rig.face, spec.camera.frame_rate);
+  view.watch_face(first_frame);
   return view;
 }
 

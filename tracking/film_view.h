@@ -1,4 +1,4 @@
-// What a film of balls shows besides the particles: its camera, noise, walls and piston, and how
+// What a film of balls shows besides the particles: its camera, noise and rig, and how
 // particles look in it.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "tracking/event.h"
 #include "tracking/film_camera.h"
 #include "tracking/limb_model.h"
@@ -17,20 +17,20 @@
 namespace graintruth::tracking {
 
 struct FilmView {
-  const datasets::Experiment& experiment;
-  std::string where;  // names the film
+  const datasets::TrackingSpec& spec;
+  int count = 0;      // of the particles
   BodyShape nominal;  // as the experiment states it
   BodyShape shape;    // sizes as they look in this film; nominal until the first picture is known
   FilmCamera camera;
-  PlaneRegion region;                 // where particles can be
-  double camera_noise = 1.0;          // grey levels, of a pixel
-  double edge_noise = 1.0;            // grey levels, of edges
-  std::optional<LimbModel> limb;      // from the first picture on
+  PlaneRegion region;                    // where particles can be
+  double camera_noise = 1.0;             // grey levels, of a pixel
+  double edge_noise = 1.0;               // grey levels, of edges
+  std::optional<LimbModel> limb;         // from the first picture on
   std::vector<datasets::Wall> walls;  // as seen: in the particle plane, and their front edges
-  std::optional<PistonWatcher> piston;
+  std::optional<FaceWatcher> face;
 
   const Camera& lens() const { return camera.calibration.camera; }
-  // Walls, and the piston where it was last seen.
+  // Walls, and the moving face where it was last seen.
   Surroundings surroundings() const;
   std::vector<BallCandidate> candidates_in(const cv::Mat& frame, const BodyShape& sought) const;
   // What looks like a body of this shape beside these surroundings; the distance of two candidates
@@ -40,17 +40,17 @@ struct FilmView {
                                const BodyShape& sought,
                                double tolerance,
                                const Surroundings& surroundings) const;
-  // Follows the piston, where there is one, into the next frame.
-  void watch_piston(const cv::Mat& frame);
+  // Follows the moving face, where there is one, into the next frame.
+  void watch_face(const cv::Mat& frame);
 };
 
 // The distances of candidates where neighbours are known may be off by as much.
 constexpr double known_tolerance = 0.15;
 
-// From the first frame. Throws InputError where the camera cannot be calibrated.
-FilmView view_of(const datasets::Experiment& experiment,
-                 const cv::Mat& first_frame,
-                 const std::string& where,
-                 TrackingSummary& summary);
+// From the first frame, on which `camera` was calibrated; `nominal` is the body's shape as stated.
+FilmView view_of(const datasets::TrackingSpec& spec,
+                 const BodyShape& nominal,
+                 const FilmCamera& camera,
+                 const cv::Mat& first_frame);
 
 }  // namespace graintruth::tracking

@@ -12,14 +12,33 @@ namespace graintruth::tracking {
 
 namespace {
 
-constexpr double least_share_of_gain = 0.35;  // the faintest plate over the usual one
-constexpr double good_score = 0.9;            // good enough to learn from
-constexpr double least_score = 0.8;           // below this it is no plate
-constexpr double deepest_overlap = 0.85;      // touching scale; hard plates do not overlap at all
-constexpr int rounds = 6;                     // of fitting and learning
+constexpr double good_score = 0.9;        // good enough to learn from
+constexpr double least_score = 0.8;       // below this it is no plate
+constexpr double deepest_overlap = 0.85;  // touching scale; hard plates do not overlap at all
+constexpr int rounds = 6;                 // of fitting and learning
 constexpr double longest_step_px = 2.0;
 
-// Takes out what is no plate: badly explained, too faint, or inside a better one.
+// Neighbours that touch: the lower quarter of the touching scales of the nearest pairs. In a bed at
+// rest every plate rests on two others at least, so that a third of its six neighbours touch it.
+double contact_scale_of(const std::vector<PlateFit>& plates, const PlateShape& shape) {
+  std::vector<double> scales;
+  for (std::size_t k = 0; k < plates.size(); ++k) {
+    for (std::size_t other = 0; other < k; ++other) {
+      const datasets::Pose &a = plates[k].pose, &b = plates[other].pose;
+      if (std::hypot(a.x - b.x, a.z - b.z) > 2.6 * shape.semi_major) continue;
+      const double scale = touching_scale(a, b, shape);
+      constexpr double neighbours = 1.25;
+      if (scale < neighbours) scales.push_back(scale);
+    }
+  }
+  constexpr std::size_t enough = 40;
+  if (scales.size() < enough) return 0.0;
+  std::sort(scales.begin(), scales.end());
+  return scales[scales.size() / 4];
+}
+
+}  // namespace
+
 void drop_impostors(BedFit& fit, double usual_gain) {
   std::vector<PlateFit> measured(fit.size());
   for (std::size_t k = 0; k < fit.size(); ++k) {
@@ -43,40 +62,25 @@ void drop_impostors(BedFit& fit, double usual_gain) {
   }
 }
 
-// Neighbours that touch: the lower quarter of the touching scales of the nearest pairs. In a bed at
-// rest every plate rests on two others at least, so that a third of its six neighbours touch it.
-double contact_scale_of(const std::vector<PlateFit>& plates, const PlateShape& shape) {
-  std::vector<double> scales;
-  for (std::size_t k = 0; k < plates.size(); ++k) {
-    for (std::size_t other = 0; other < k; ++other) {
-      const datasets::Pose &a = plates[k].pose, &b = plates[other].pose;
-      if (std::hypot(a.x - b.x, a.z - b.z) > 2.6 * shape.semi_major) continue;
-      const double scale = touching_scale(a, b, shape);
-      constexpr double neighbours = 1.25;
-      if (scale < neighbours) scales.push_back(scale);
-    }
-  }
-  constexpr std::size_t enough = 40;
-  if (scales.size() < enough) return 0.0;
-  std::sort(scales.begin(), scales.end());
-  return scales[scales.size() / 4];
+FirstBed find_bed(const BedScene& scene, const cv::Mat& frame, int parity) {
+  return find_bed(scene.view(false),
+                  contrast_of(frame, scene.region, scene.contrast),
+                  scene.contrast.gain,
+                  scene.pixel(),
+                  parity);
 }
 
-}  // namespace
-
-FirstBed find_bed(const BedScene& scene, const cv::Mat& frame, int parity) {
-  const BedView view = scene.view(false);
-  const cv::Mat1f contrast = contrast_of(frame, scene.region, scene.contrast);
+FirstBed find_bed(
+    const BedView& view, const cv::Mat1f& contrast, double gain, double pixel, int parity) {
   const int row_step = parity < 0 ? 1 : 2;
-  const int first_row = parity < 0 ? 0 : (parity + scene.region.y) % 2;
+  const int first_row = parity < 0 ? 0 : (parity + view.region.y) % 2;
   // 1. Candidates, as plain discs as sharp as a pixel
-  const double pixel = scene.pixel();
-  PlateLook look(0.8 * pixel / scene.shape.semi_minor);
+  PlateLook look(0.8 * pixel / view.shape.semi_minor);
   SideLight light;
   auto lit = std::make_unique<LitLook>(look);
   BedFit fit(view, *lit, contrast.clone(), first_row, row_step);
   const auto add_candidates = [&](const cv::Mat1f& unexplained) {
-    const auto found = find_plates(view, unexplained, least_share_of_gain * scene.contrast.gain);
+    const auto found = find_plates(view, unexplained, least_share_of_gain * gain);
     for (const PlateCandidate& candidate : found) fit.add(candidate.pose, candidate.gain);
     return found.size();
   };
@@ -85,7 +89,7 @@ FirstBed find_bed(const BedScene& scene, const cv::Mat& frame, int parity) {
   for (int round = 0; round < rounds; ++round) {
     const int sweeps = round < 2 ? 6 : 3;
     for (int i = 0; i < sweeps; ++i) fit.sweep(longest_step_px * pixel);
-    if (round > 0) drop_impostors(fit, scene.contrast.gain);
+    if (round > 0) drop_impostors(fit, gain);
     // What was overlooked stands out once the others are explained
     if (round == 1 && add_candidates(fit.residual()) > 0)
       for (int i = 0; i < 6; ++i) fit.sweep(longest_step_px * pixel);
@@ -103,7 +107,7 @@ FirstBed find_bed(const BedScene& scene, const cv::Mat& frame, int parity) {
     lit = std::move(next);
   }
   for (int i = 0; i < 4; ++i) fit.sweep(longest_step_px * pixel);
-  drop_impostors(fit, scene.contrast.gain);
+  drop_impostors(fit, gain);
   // 3. What there is
   FirstBed bed{.plates = {}, .look = *lit, .edge_radius = look.edge_radius()};
   std::vector<double> gains;
@@ -118,7 +122,7 @@ FirstBed find_bed(const BedScene& scene, const cv::Mat& frame, int parity) {
     return a.pose.z < b.pose.z;
   });
   bed.usual_gain = median(gains);
-  bed.contact_scale = contact_scale_of(bed.plates, scene.shape);
+  bed.contact_scale = contact_scale_of(bed.plates, view.shape);
   return bed;
 }
 

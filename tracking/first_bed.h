@@ -18,5 +18,15 @@ struct FirstBed {
 
 // `parity` as in VideoReader. Empty `plates` where nothing looks like a plate.
 FirstBed find_bed(const BedScene& scene, const cv::Mat& frame, int parity);
+// The same in any view: `contrast` is that of its region, `gain` the usual contrast of a plate,
+// grey levels, `pixel` the width of one, m.
+FirstBed find_bed(
+    const BedView& view, const cv::Mat1f& contrast, double gain, double pixel, int parity);
+
+// What may be a plate, at least this share of the usual contrast.
+inline constexpr double least_share_of_gain = 0.35;
+
+// Takes out of a fit what is no plate: badly explained, too faint, or inside a better one.
+void drop_impostors(BedFit& fit, double usual_gain);
 
 }  // namespace graintruth::tracking

@@ -28,8 +28,9 @@ constexpr double tolerance = 0.12;
 // told so.
 std::vector<BodyFit> find_at_any_size(FilmView& view,
                                       const cv::Mat& frame,
-                                      const EdgeImage& image) {
-  const auto count = static_cast<std::size_t>(view.experiment.particle.count);
+                                      const EdgeImage& image,
+                                      const std::string& where) {
+  const auto count = static_cast<std::size_t>(view.count);
   std::vector<BodyFit> best;
   double best_evidence = -1.0, best_factor = 1.0;
   for (const double factor : {1.0, 0.94, 1.06, 0.88, 1.12}) {
@@ -65,8 +66,8 @@ std::vector<BodyFit> find_at_any_size(FilmView& view,
             : fmt::format("one ball of radius {:.1f} mm", 1.0e3 * view.nominal.radius[0]);
     throw InputError(
         fmt::format("{}: no particle of {} was found in the first frame; check the film, the "
-                    "particle's size and the fiducials",
-                    view.where,
+                    "particle's size and the scale",
+                    where,
                     sought));
   }
   return best;
@@ -79,7 +80,7 @@ void add_hidden(const FilmView& view,
                 const cv::Mat& frame,
                 const EdgeImage& image,
                 std::vector<BodyFit>& bodies) {
-  const auto count = static_cast<std::size_t>(view.experiment.particle.count);
+  const auto count = static_cast<std::size_t>(view.count);
   const auto add_from = [&](std::vector<BodyPose> poses, double support) {
     for (std::size_t before = 0; bodies.size() > before && bodies.size() < count;) {
       before = bodies.size();
@@ -99,7 +100,7 @@ void add_hidden(const FilmView& view,
     }
   };
   std::vector<BodyPose> starts;
-  for (const datasets::StartPlace& start : view.experiment.starts) {
+  for (const datasets::StartPlace& start : view.spec.starts) {
     const double stride = 0.15 * view.shape.radius[0];
     for (int i = -1; i <= 1; ++i)
       for (int j = -1; j <= 1; ++j)
@@ -174,12 +175,12 @@ void learn_sizes(FilmView& view, const EdgeImage& image, std::vector<BodyFit>& b
 std::vector<std::optional<BodyFit>> give_numbers(const FilmView& view,
                                                  const std::vector<BodyFit>& best,
                                                  TrackingSummary& summary) {
-  const auto count = static_cast<std::size_t>(view.experiment.particle.count);
+  const auto count = static_cast<std::size_t>(view.count);
   std::vector<std::optional<BodyFit>> first(count);
   std::vector<Eigen::Vector2d> centres;
   for (const BodyFit& fit : best) centres.emplace_back(fit.pose.x, fit.pose.z);
-  const std::vector<int> numbered = number_by_start(
-      centres, view.experiment.starts, view.experiment.particle.count, view.nominal.radius[0]);
+  const std::vector<int> numbered =
+      number_by_start(centres, view.spec.starts, view.count, view.nominal.radius[0]);
   for (std::size_t body = 0; body < count; ++body) {
     if (numbered[body] < 0) continue;
     BodyFit fit = best[static_cast<std::size_t>(numbered[body])];
@@ -191,8 +192,8 @@ std::vector<std::optional<BodyFit>> give_numbers(const FilmView& view,
       if (static_cast<long>(turns) % 2 != 0) std::swap(fit.balls[0], fit.balls[1]);
     }
     first[body] = fit;
-    if (!view.experiment.starts.empty()) {
-      const auto& start = view.experiment.starts[body];
+    if (!view.spec.starts.empty()) {
+      const auto& start = view.spec.starts[body];
       const double off = std::hypot(fit.pose.x - start.x, fit.pose.z - start.z);
       if (off > view.nominal.radius[0]) {
         summary.warn(fmt::format("Particle {} was found {:.0f} mm from its start place in frame 0.",
@@ -209,7 +210,7 @@ void look_for_more(const FilmView& view,
                    const EdgeImage& image,
                    const std::vector<BodyFit>& bodies,
                    TrackingSummary& summary) {
-  const auto count = static_cast<std::size_t>(view.experiment.particle.count);
+  const auto count = static_cast<std::size_t>(view.count);
   const auto more =
       choose_bodies(view.fits_in(frame, image, view.shape, tolerance, view.surroundings()),
                     view.shape,
@@ -230,9 +231,10 @@ void look_for_more(const FilmView& view,
 std::vector<std::optional<BodyFit>> find_first_bodies(FilmView& view,
                                                       const cv::Mat& frame,
                                                       const EdgeImage& image,
+                                                      const std::string& where,
                                                       TrackingSummary& summary) {
-  const auto count = static_cast<std::size_t>(view.experiment.particle.count);
-  std::vector<BodyFit> bodies = find_at_any_size(view, frame, image);
+  const auto count = static_cast<std::size_t>(view.count);
+  std::vector<BodyFit> bodies = find_at_any_size(view, frame, image, where);
   if (bodies.size() < count) add_hidden(view, frame, image, bodies);
   learn_sizes(view, image, bodies);
   std::vector<std::optional<BodyFit>> first = give_numbers(view, bodies, summary);

@@ -14,27 +14,27 @@ double axis_difference(double a, double b) {
   return a - b - half_turns * std::numbers::pi;
 }
 
-std::vector<int> link(const std::vector<Expectation>& expectations,
-                      const std::vector<BodyFit>& detections) {
-  constexpr double gate = 5.0;  // standard deviations
+Mismatch mismatch(const Expectation& expected, const Detection& detection) {
   constexpr double colour_sigma =
       12.0;  // grey levels: light and shade change the same ball by that much
+  const BodyPose& pose = detection.pose;
+  return {(std::pow(pose.x - expected.pose.x, 2) + std::pow(pose.z - expected.pose.z, 2)) /
+              std::pow(expected.position_sigma, 2),
+          std::pow(axis_difference(pose.angle, expected.pose.angle) / expected.angle_sigma, 2),
+          (detection.colour - expected.colour).squaredNorm() / (3.0 * colour_sigma * colour_sigma)};
+}
+
+std::vector<int> link(const std::vector<Expectation>& expectations,
+                      const std::vector<Detection>& detections) {
+  constexpr double gate = 5.0;  // standard deviations
   constexpr double forbidden = 1.0e9;
   Eigen::MatrixXd cost(static_cast<Eigen::Index>(expectations.size()),
                        static_cast<Eigen::Index>(detections.size()));
   for (std::size_t i = 0; i < expectations.size(); ++i) {
     for (std::size_t j = 0; j < detections.size(); ++j) {
-      const Expectation& expected = expectations[i];
-      const BodyPose& pose = detections[j].pose;
-      const double position =
-          (std::pow(pose.x - expected.pose.x, 2) + std::pow(pose.z - expected.pose.z, 2)) /
-          std::pow(expected.position_sigma, 2);
-      const double turn =
-          std::pow(axis_difference(pose.angle, expected.pose.angle) / expected.angle_sigma, 2);
-      const double colour = (detections[j].colour - expected.colour).squaredNorm() /
-                            (3.0 * colour_sigma * colour_sigma);
+      const Mismatch off = mismatch(expectations[i], detections[j]);
       cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-          position > gate * gate ? forbidden : position + turn + colour;
+          off.position > gate * gate ? forbidden : off.sum();
     }
   }
   return assign(cost, forbidden);

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tracking/refine.h"
+#include "tracking/body.h"
 
 namespace graintruth::tracking {
 
@@ -15,13 +15,26 @@ struct Expectation {
   Eigen::Vector3f colour = Eigen::Vector3f::Zero();
 };
 
+// What was found in a frame.
+struct Detection {
+  BodyPose pose;
+  Eigen::Vector3f colour = Eigen::Vector3f::Zero();
+};
+
 // a - b brought into [-pi/2, pi/2): the difference of two directions of a body with equal ends.
 double axis_difference(double a, double b);
 
-// Global assignment on the squared Mahalanobis distance of (x, z, angle mod pi) and of colour,
-// gated. Returns the detection of each expectation, -1 where none is near enough.
+// Squared distances over their variances: of (x, z), of the angle modulo pi, and of colour.
+struct Mismatch {
+  double position = 0.0, turn = 0.0, colour = 0.0;
+  double sum() const { return position + turn + colour; }
+};
+Mismatch mismatch(const Expectation& expected, const Detection& detection);
+
+// Global assignment by the sum of these, of pairs whose positions agree. Returns the detection of
+// each expectation, -1 where none is near enough.
 std::vector<int> link(const std::vector<Expectation>& expectations,
-                      const std::vector<BodyFit>& detections);
+                      const std::vector<Detection>& detections);
 
 // The numbering of the bodies in the first frame: detection of each start place by least total
 // squared distance, or, without start places, by rows from the lowest, left to right. Where fewer

@@ -5,37 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 
 #include "tracking/drawing.h"
 #include "tracking/video.h"
 
 namespace graintruth::tracking {
-
-namespace {
-
-// Outline and long axis; numbers would hide plates as small as buttons.
-void draw_plate(cv::Mat& picture,
-                const Camera& camera,
-                const datasets::Pose& pose,
-                const PlateShape& shape,
-                const cv::Scalar& colour) {
-  std::vector<cv::Point> outline;
-  for (const Eigen::Vector2d& at : plate_outline(camera, pose, shape)) outline.push_back(fixed(at));
-  cv::polylines(picture, outline, true, colour, 1, cv::LINE_AA, drawing_shift);
-  if (!std::isfinite(pose.angle)) return;
-  const Eigen::Vector2d half =
-      0.5 * shape.semi_major * Eigen::Vector2d(std::cos(pose.angle), std::sin(pose.angle));
-  cv::line(picture,
-           fixed(camera.project(pose.x - half.x(), pose.z - half.y())),
-           fixed(camera.project(pose.x + half.x(), pose.z + half.y())),
-           colour,
-           1,
-           cv::LINE_AA,
-           drawing_shift);
-}
-
-}  // namespace
 
 void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame) {
   const Camera& camera = *findings.camera;
@@ -59,8 +35,8 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
                    1,
                    cv::LINE_AA);
   }
-  const std::size_t trail = findings.plate ? 8 : 50;  // frames; many plates would hide each other
-  std::vector<Eigen::Vector2d> outline(72);
+  const bool crowd = findings.tracker->is_crowd();
+  const std::size_t trail = crowd ? 8 : 50;  // frames
   for (std::size_t body = 0; body < static_cast<std::size_t>(trajectories.particles); ++body) {
     const cv::Scalar& colour = particle_colours[body % particle_colours.size()];
     const std::size_t from = frame > trail ? frame - trail : 0;
@@ -68,50 +44,12 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
       const datasets::Pose& a = trajectories.poses[trajectories.index(k - 1, body)];
       const datasets::Pose& b = trajectories.poses[trajectories.index(k, body)];
       if (!std::isfinite(a.x) || !std::isfinite(b.x)) continue;
-      cv::line(picture,
-               fixed(camera.project(a.x, a.z)),
-               fixed(camera.project(b.x, b.z)),
-               colour,
-               1,
-               cv::LINE_AA,
-               drawing_shift);
+      draw_line(picture, camera.project(a.x, a.z), camera.project(b.x, b.z), colour);
     }
     const datasets::Pose& pose = trajectories.poses[trajectories.index(frame, body)];
     if (!std::isfinite(pose.x)) continue;
-    if (findings.plate) {
-      draw_plate(picture, camera, pose, *findings.plate, colour);
-      continue;
-    }
-    const BodyShape& shape = findings.shapes[body];
-    const auto centres =
-        ball_centres({pose.x, pose.z, shape.shows_angle() ? pose.angle : 0.0}, shape);
-    for (std::size_t ball = 0; ball < shape.balls; ++ball) {
-      sphere_outline(camera, centres[ball].x(), centres[ball].y(), shape.radius[ball], outline);
-      for (std::size_t k = 0; k < outline.size(); ++k) {
-        const double angle = 2.0 * 3.14159265358979 * (static_cast<double>(k) + 0.5) /
-                             static_cast<double>(outline.size());
-        const Eigen::Vector2d point =
-            centres[ball] + shape.radius[ball] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-        if (shape.balls == 2 && (point - centres[1 - ball]).norm() < shape.radius[1 - ball])
-          continue;
-        cv::line(picture,
-                 fixed(outline[k]),
-                 fixed(outline[(k + 1) % outline.size()]),
-                 colour,
-                 1,
-                 cv::LINE_AA,
-                 drawing_shift);
-      }
-    }
-    if (shape.shows_angle()) {
-      cv::line(picture,
-               fixed(camera.project(centres[0].x(), centres[0].y())),
-               fixed(camera.project(centres[1].x(), centres[1].y())),
-               colour,
-               1,
-               cv::LINE_AA,
-               drawing_shift);
-    }
+    findings.tracker->draw(picture, camera, {body, pose, colour});
+    if (crowd) continue;
     const Eigen::Vector2d middle = camera.project(pose.x, pose.z);
     write_text(picture,
                std::to_string(body + 1),

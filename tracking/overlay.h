@@ -3,22 +3,19 @@
 
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "datasets/trajectories.h"
 #include "tracking/camera.h"
-#include "tracking/plate.h"
-#include "tracking/refine.h"
+#include "tracking/particle_tracker.h"
 
 namespace graintruth::tracking {
 
 struct Findings {
   const Camera* camera = nullptr;
   const datasets::Trajectories* trajectories = nullptr;
-  std::vector<BodyShape> shapes;  // one a particle; empty for plates
+  const ParticleTracker* tracker = nullptr;  // draws the particles
   std::vector<FiducialSighting> fiducials;
-  std::optional<PlateShape> plate;  // of all particles, in place of shapes
 };
 
 struct OverlayFiles {

@@ -5,6 +5,10 @@
 
 namespace graintruth::tracking {
 
+PlateShape plate_shape(const datasets::SeenBody& body) {
+  return {body.lengths.at("semi_major"), body.lengths.at("semi_minor")};
+}
+
 // With A = R diag(a^2, b^2) R^T of each plate and r between the centres,
 //   scale^2 = max over l in (0, 1) of  l (1 - l) r^T [(1 - l) A_1 + l A_2]^-1 r,
 // a concave function of l.

@@ -1,7 +1,7 @@
 // An elliptical plate that stands in the picture plane, and when two of them touch.
 #pragma once
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::tracking {
@@ -14,6 +14,9 @@ struct PlateShape {
     return datasets::EllipticalPlate{semi_major, semi_minor, 0.0}.shows_angle();
   }
 };
+
+// Of a body of kind "plate".
+PlateShape plate_shape(const datasets::SeenBody& body);
 
 // The factor by which both plates would have to grow about their centres to touch: below 1 they
 // overlap, 1 is contact (Perram and Wertheim 1985, J. Comput. Phys. 58).

@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "tracking/body.h"
 #include "tracking/camera.h"
 #include "tracking/edge_image.h"
@@ -21,8 +21,8 @@ struct Surroundings {
     Eigen::Vector2d centre;
     double radius = 0.0;
   };
-  std::vector<Disc> discs;            // balls of the other bodies
-  std::vector<datasets::Wall> walls;  // segments seen edge-on
+  std::vector<Disc> discs;               // balls of the other bodies
+  std::vector<datasets::Wall> walls;  // seen edge-on
 
   void add(const BodyPose& body, const BodyShape& shape) {
     const auto centres = ball_centres(body, shape);

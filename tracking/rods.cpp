@@ -23,6 +23,7 @@ constexpr int first_directions = 20;  // to rank seeds
 constexpr int directions = 60;  // 3 degrees: an eighth of a width at the end of a typical half rod
 constexpr double ground_gap = 2.0;     // px of bare ground that do not end a rod yet: noise
 constexpr double hidden_widths = 4.0;  // how far a rod is followed behind others, in widths
+constexpr double whole_pixel = 0.29;   // px, what rounding to whole pixels leaves: 1 / sqrt(12)
 constexpr double least_coverage = 0.5;
 constexpr double most_beside = 0.5;  // share of the strips beside a rod that may have its colour
 
@@ -60,8 +61,18 @@ class RodFinder {
     free_ = object_.clone();
   }
 
-  std::vector<Rod> find() {
+  std::vector<Rod> find(std::vector<Rod> expected) {
     std::vector<Rod> rods;
+    // What is known is the best explanation, the longest first
+    std::stable_sort(expected.begin(), expected.end(), [](const Rod& a, const Rod& b) {
+      return a.length() > b.length();
+    });
+    for (const Rod& known : expected) {
+      const std::optional<Rod> rod = refine(known.from, known.to, known.colour);
+      if (!rod || !is_same(*rod, known)) continue;
+      take(*rod);
+      rods.push_back(*rod);
+    }
     // What lies between two rods side by side is only seen once one of them is explained.
     for (std::size_t before = 1; before != rods.size();) {
       before = rods.size();
@@ -227,10 +238,12 @@ class RodFinder {
   }
 
   std::optional<Rod> refine(const cv::Point& seed, double angle, const Reach& first) const {
-    Eigen::Vector3f own = colour(seed);
-    Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-    const Eigen::Vector2d at(seed.x, seed.y);
-    Eigen::Vector2d from = at - first.back * direction, to = at + first.ahead * direction;
+    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle)), at(seed.x, seed.y);
+    return refine(at - first.back * direction, at + first.ahead * direction, colour(seed));
+  }
+
+  std::optional<Rod> refine(Eigen::Vector2d from, Eigen::Vector2d to, Eigen::Vector3f own) const {
+    Eigen::Vector2d direction;
     Ribbon found;
     constexpr int rounds = 4;
     for (int round = 0; round < rounds; ++round) {
@@ -254,12 +267,35 @@ class RodFinder {
       from = found.centre - back[1] * direction;
       to = found.centre + ahead[1] * direction;
     }
-    Rod rod{from, to, own};
+    Rod rod{.from = from, .to = to, .colour = own};
+    rod.from_sigma_px = end_sigma(from, -direction);
+    rod.to_sigma_px = end_sigma(to, direction);
+    // Both sides are seen in whole pixels, which round alike over about half a width
+    rod.across_sigma_px =
+        whole_pixel / std::sqrt(2.0 * std::max(1.0, 2.0 * rod.length() / options_.width_px));
     if (rod.length() < options_.width_px || rod.length() > options_.longest_px) return std::nullopt;
     rod.coverage = std::min(1.0, found.pixels / (rod.length() * options_.width_px));
     // One line of pixels is no rod; nor is a part of a wider patch.
     if (rod.coverage < least_coverage || beside(rod) > most_beside) return std::nullopt;
     return rod;
+  }
+
+  // Before bare ground an end is where its colour ends, to a pixel. Before anything else it may lie
+  // behind it, by up to the thickness of another rod.
+  double end_sigma(const Eigen::Vector2d& end, const Eigen::Vector2d& outwards) const {
+    const cv::Point beyond = pixel(end + (ground_gap + 1.0) * outwards);
+    const bool is_bare = inside(beyond) && object_.at<std::uint8_t>(beyond) == 0;
+    return is_bare ? whole_pixel : 0.5 * options_.width_px;
+  }
+
+  // Whether what was found about a known rod's place is that rod.
+  bool is_same(const Rod& rod, const Rod& known) const {
+    constexpr double most_turn = 0.26;  // rad, 15 degrees: about what neighbours differ by
+    constexpr double least_left = 0.7;  // of its length
+    const Eigen::Vector2d off = rod.centre() - known.centre();
+    return std::abs(std::remainder(rod.angle() - known.angle(), std::numbers::pi)) < most_turn &&
+           off.norm() < std::max(options_.width_px, 0.25 * known.length()) &&
+           rod.length() > least_left * known.length();
   }
 
   // The share of its colour in strips a width away from its middle line.
@@ -311,8 +347,10 @@ double Rod::angle() const {
   return angle < 0.0 ? angle + std::numbers::pi : angle >= std::numbers::pi ? 0.0 : angle;
 }
 
-std::vector<Rod> locate_rods(const cv::Mat& frame, const RodOptions& options) {
-  return RodFinder(frame, options).find();
+std::vector<Rod> locate_rods(const cv::Mat& frame,
+                             const RodOptions& options,
+                             const std::vector<Rod>& expected) {
+  return RodFinder(frame, options).find(expected);
 }
 
 }  // namespace graintruth::tracking

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "tracking/body.h"
-#include "tracking/camera.h"
 #include "tracking/drawing.h"
-#include "tracking/fiducials.h"
+#include "tracking/film_camera.h"
 #include "tracking/overlay.h"
+#include "tracking/registry.h"
 #include "tracking/video.h"
 
 namespace graintruth::tracking {
@@ -21,14 +20,12 @@ constexpr double film_rate = 25.0;  // Hz, at most
 constexpr int widest = 1280;        // px, of both pictures together
 constexpr int widest_still = 960;   // px; the report holds some twenty of them
 constexpr int still_quality = 75;   // of JPEG
-const cv::Scalar ground(70, 66, 64), bar(190, 190, 188), dot(120, 116, 114), ink(30, 28, 26);
-
-cv::Scalar dark(const cv::Scalar& colour) { return 0.75 * colour; }
+const cv::Scalar ground(70, 66, 64), bar(190, 190, 188), dot(120, 116, 114);
 
 void draw_fiducials(cv::Mat& picture,
                     const Camera& camera,
-                    const datasets::Experiment& experiment) {
-  for (const datasets::Fiducial& fiducial : experiment.camera.fiducials) {
+                    const std::vector<datasets::Fiducial>& fiducials) {
+  for (const datasets::Fiducial& fiducial : fiducials) {
     cv::circle(picture,
                fixed(camera.project(fiducial.x, fiducial.z)),
                static_cast<int>(0.5 * fiducial.diameter * camera.scale(fiducial.x, fiducial.z) *
@@ -40,58 +37,22 @@ void draw_fiducials(cv::Mat& picture,
   }
 }
 
-void fill(cv::Mat& picture,
-          const std::vector<Eigen::Vector2d>& outline,
-          const cv::Scalar& inside,
-          const cv::Scalar& rim) {
-  std::vector<cv::Point> points;
-  for (const Eigen::Vector2d& at : outline) points.push_back(fixed(at));
-  cv::fillPoly(picture, std::vector{points}, inside, cv::LINE_AA, drawing_shift);
-  cv::polylines(picture, points, true, rim, 1, cv::LINE_AA, drawing_shift);
-}
-
-void draw_balls(cv::Mat& picture,
-                const Camera& camera,
-                const datasets::Pose& pose,
-                const BodyShape& shape,
-                const cv::Scalar& colour) {
-  const bool turned = shape.shows_angle() && std::isfinite(pose.angle);
-  const auto centres = ball_centres({pose.x, pose.z, turned ? pose.angle : 0.0}, shape);
-  std::vector<Eigen::Vector2d> outline(72);
-  for (std::size_t ball = 0; ball < shape.balls; ++ball) {
-    sphere_outline(camera, centres[ball].x(), centres[ball].y(), shape.radius[ball], outline);
-    fill(picture, outline, dark(colour), ink);
-  }
-  if (!turned) return;
-  cv::line(picture,
-           fixed(camera.project(centres[0].x(), centres[0].y())),
-           fixed(camera.project(centres[1].x(), centres[1].y())),
-           ink,
-           2,
-           cv::LINE_AA,
-           drawing_shift);
-}
-
 // The simulation at one frame of `poses`, whose times count from the start event.
 cv::Mat draw_simulation(const Camera& camera,
-                        const datasets::Experiment& experiment,
+                        const datasets::TrackingSpec& spec,
+                        const ParticleTracker& tracker,
                         const datasets::Trajectories& poses,
                         std::size_t frame) {
   cv::Mat picture(camera.height(), camera.width(), CV_8UC3, ground);
-  draw_fiducials(picture, camera, experiment);
-  draw_rig(picture, camera, experiment.rig, poses.time[frame], bar, 2);
-  const auto& plate = experiment.particle.plate;
+  draw_fiducials(picture, camera, spec.camera.fiducials);
+  draw_rig(picture, camera, spec.rig, poses.time[frame], bar, 2);
   const double text = 1.2 * std::clamp(picture.cols / 1600.0, 0.35, 1.0);
   for (std::size_t body = 0; body < static_cast<std::size_t>(poses.particles); ++body) {
     const datasets::Pose& pose = poses.poses[poses.index(frame, body)];
     if (!std::isfinite(pose.x) || !std::isfinite(pose.z)) continue;
     const cv::Scalar& colour = particle_colours[body % particle_colours.size()];
-    if (plate) {
-      const PlateShape shape{plate->semi_major, plate->semi_minor};
-      fill(picture, plate_outline(camera, pose, shape), dark(colour), ink);
-      continue;
-    }
-    draw_balls(picture, camera, pose, nominal_shape(experiment), colour);
+    tracker.draw(picture, camera, {body, pose, colour, true});
+    if (tracker.is_crowd()) continue;
     const Eigen::Vector2d middle = camera.project(pose.x, pose.z);
     write_text(picture,
                std::to_string(body + 1),
@@ -123,17 +84,6 @@ std::vector<std::size_t> chosen_frames(const FilmAndSimulation& both) {
   return frames;
 }
 
-Findings findings_of(const FilmAndSimulation& both, const Camera& camera) {
-  Findings findings{.camera = &camera, .trajectories = &both.filmed};
-  if (const auto& plate = both.recorded.particle.plate) {
-    findings.plate = PlateShape{plate->semi_major, plate->semi_minor};
-  } else {
-    findings.shapes.assign(static_cast<std::size_t>(both.filmed.particles),
-                           nominal_shape(both.recorded));
-  }
-  return findings;
-}
-
 cv::Mat at_most(int width, const cv::Mat& picture) {
   if (picture.cols <= width) return picture;
   const double share = static_cast<double>(width) / picture.cols;
@@ -148,17 +98,14 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
                                       const SideBySideFiles& files,
                                       const std::function<bool()>& stop) {
   // 1. The film's camera
-  const datasets::Experiment& recorded = both.recorded;
-  VideoReader reader(both.video, recorded.camera.frame_rate);
-  cv::Mat picture, grey;
+  const datasets::TrackingSpec& recorded = both.recorded;
+  VideoReader reader(both.film.video, recorded.camera.frame_rate);
+  cv::Mat picture;
   reader.read(picture);
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  const double aspect = recorded.camera.pixel_aspect;
-  const auto sightings = find_fiducials(grey, recorded.camera.fiducials, aspect);
-  const Camera camera =
-      calibrate(recorded.camera.fiducials, sightings, reader.width(), reader.height(), aspect)
-          .camera;
-  reader.hold_steady(sightings);
+  const FilmCamera film_camera = calibrate_on(recorded.camera, picture, both.film);
+  const Camera& camera = film_camera.calibration.camera;
+  const auto tracker = make_tracker(recorded, both.film);
+  reader.hold_steady(film_camera.scale.sightings);
 
   // 2. What is drawn of either
   const std::vector<std::size_t> frames = chosen_frames(both);
@@ -166,7 +113,7 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
   std::vector<double> times;
   for (const std::size_t frame : frames) times.push_back(both.filmed.time[frame]);
   const datasets::Trajectories simulated = datasets::sample(both.simulated, times);
-  const Findings findings = findings_of(both, camera);
+  const Findings findings{&camera, &both.filmed, tracker.get(), {}};
   const std::size_t stills = std::min(files.stills.size(), frames.size());
   const auto frame_of_still = [&](std::size_t i) {
     return stills < 2 ? 0 : i * (frames.size() - 1) / (stills - 1);
@@ -183,7 +130,7 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
     cv::Mat left = picture.clone();
     draw_findings(left, findings, number);
     cv::Mat pair;
-    cv::hconcat(left, draw_simulation(camera, recorded, simulated, next), pair);
+    cv::hconcat(left, draw_simulation(camera, recorded, *tracker, simulated, next), pair);
     pair = at_most(widest, pair);
     film.write(pair);
     while (times_of_stills.size() < stills && frame_of_still(times_of_stills.size()) == next) {

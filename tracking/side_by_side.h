@@ -6,14 +6,14 @@
 #include <functional>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "datasets/trajectories.h"
 
 namespace graintruth::tracking {
 
 struct FilmAndSimulation {
-  std::filesystem::path video;
-  datasets::Experiment recorded;            // as this film was made, see recording.h
+  datasets::Film film;
+  datasets::TrackingSpec recorded;          // as this film was made, see recording.h
   const datasets::Trajectories& filmed;     // a frame for every picture of the film
   const datasets::Trajectories& simulated;  // the same particles; on its own times
 };
@@ -26,7 +26,7 @@ struct SideBySideFiles {
 // From time 0 to the end of the shorter one, at 25 pictures a second of the film's own time at
 // most. Every file is written beside its place and then renamed. Returns the times of the stills,
 // s; nothing where `stop`, which is asked before every picture, said so. Throws InputError where
-// the film shows too few fiducials for a camera, or a file cannot be written.
+// the film shows no scale for a camera, or a file cannot be written.
 std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
                                       const SideBySideFiles& files,
                                       const std::function<bool()>& stop);

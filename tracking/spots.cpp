@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "tracking/assignment.h"
+#include "tracking/median.h"
 
 namespace graintruth::tracking {
 
@@ -22,18 +23,15 @@ std::vector<cv::Point> disc(int radius) {
 }
 
 // What is larger than the noise and smaller than the particle: smoothed by the noise's width, less
-// the mean over a square of one diameter.
+// the mean over a square about it.
 cv::Mat band_pass(const cv::Mat& picture, const SpotOptions& options) {
   cv::Mat exact, smooth, ground;
   picture.convertTo(exact, CV_32F);
   const int reach = 2 * static_cast<int>(4.0 * options.noise_px + 0.5) + 1;
   cv::GaussianBlur(
       exact, smooth, {reach, reach}, options.noise_px, options.noise_px, cv::BORDER_REPLICATE);
-  cv::blur(exact,
-           ground,
-           {options.diameter_px, options.diameter_px},
-           cv::Point(-1, -1),
-           cv::BORDER_REPLICATE);
+  const int square = options.ground_px > 0 ? options.ground_px : options.diameter_px;
+  cv::blur(exact, ground, {square, square}, cv::Point(-1, -1), cv::BORDER_REPLICATE);
   cv::Mat band = smooth - ground;
   return cv::max(band, 0.0);
 }
@@ -70,7 +68,7 @@ Centroid centroid(const cv::Mat& band, const cv::Point& at, const std::vector<cv
 
 }  // namespace
 
-cv::Mat contrast_to_ground(const cv::Mat& frame, int diameter_px) {
+cv::Mat local_ground(const cv::Mat& frame, int diameter_px) {
   // A median of a large square is taken of a small picture.
   constexpr int small_diameter = 9;
   const double shrink = std::min(1.0, static_cast<double>(small_diameter) / diameter_px);
@@ -79,8 +77,12 @@ cv::Mat contrast_to_ground(const cv::Mat& frame, int diameter_px) {
   const int width = 2 * static_cast<int>(1.5 * shrink * diameter_px) + 1;
   cv::medianBlur(small, ground, width);
   cv::resize(ground, ground, frame.size(), 0.0, 0.0, cv::INTER_LINEAR);
+  return ground;
+}
+
+cv::Mat contrast_to_ground(const cv::Mat& frame, int diameter_px) {
   cv::Mat difference;
-  cv::absdiff(frame, ground, difference);
+  cv::absdiff(frame, local_ground(frame, diameter_px), difference);
   difference.convertTo(difference, CV_32F);
   std::vector<cv::Mat> channels;
   cv::split(difference, channels);
@@ -167,61 +169,85 @@ std::vector<Spot> locate_spots(const cv::Mat& picture, const SpotOptions& option
   return kept;
 }
 
-std::vector<std::vector<int>> link_spots(const std::vector<std::vector<Spot>>& frames,
-                                         double reach_px,
-                                         int memory) {
-  constexpr double forbidden = 1.0e12;
-  struct Track {
-    std::vector<int> spots;
-    Eigen::Vector2d place, step;
-    int unseen = 0;
-  };
-  std::vector<Track> tracks;
-  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-    std::vector<std::size_t> waiting;
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-      if (tracks[i].unseen <= memory) waiting.push_back(i);
+std::vector<double> centre_on_discs(const cv::Mat& contrast,
+                                    double diameter_px,
+                                    double noise,
+                                    std::vector<Spot>& spots) {
+  const std::vector<Spot> first = spots;
+  const double reach = 0.5 * diameter_px + 2.0;  // and the blur of its rim
+  const auto box_half = static_cast<int>(reach) + 1;
+  const cv::Rect whole({}, contrast.size());
+  std::vector<double> sigmas;
+  for (std::size_t i = 0; i < spots.size(); ++i) {
+    std::vector<Eigen::Vector2d> others;
+    for (const Spot& other : first) {
+      const double apart = (other.pixel - first[i].pixel).norm();
+      if (apart > 0.0 && apart < 2.0 * reach) others.push_back(other.pixel);
     }
-    const std::vector<Spot>& spots = frames[frame];
-    Eigen::MatrixXd cost(static_cast<Eigen::Index>(waiting.size()),
-                         static_cast<Eigen::Index>(spots.size()));
-    for (std::size_t i = 0; i < waiting.size(); ++i) {
-      const Track& track = tracks[waiting[i]];
-      const Eigen::Vector2d expected = track.place + (track.unseen + 1) * track.step;
-      for (std::size_t j = 0; j < spots.size(); ++j) {
-        const double distance = (spots[j].pixel - expected).norm();
-        cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            distance > reach_px * (track.unseen + 1) ? forbidden : distance * distance;
+    Eigen::Vector2d& centre = spots[i].pixel;
+    double level = 0.0;
+    constexpr int rounds = 4;
+    for (int round = 0; round < rounds; ++round) {
+      const cv::Point middle(static_cast<int>(std::lround(centre.x())),
+                             static_cast<int>(std::lround(centre.y())));
+      const cv::Rect box =
+          cv::Rect(middle.x - box_half, middle.y - box_half, 2 * box_half + 1, 2 * box_half + 1) &
+          whole;
+      // 1. Half of what its inner part stands out by
+      std::vector<float> inner;
+      const auto is_own = [&](const Eigen::Vector2d& at, double own) {
+        return std::all_of(others.begin(), others.end(), [&](const Eigen::Vector2d& other) {
+          return (at - other).norm() > own;
+        });
+      };
+      for (int row = box.y; row < box.br().y; ++row)
+        for (int column = box.x; column < box.br().x; ++column)
+          if (std::hypot(column - centre.x(), row - centre.y()) < 0.35 * diameter_px)
+            inner.push_back(contrast.at<float>(row, column));
+      if (inner.empty()) break;
+      const double floor = 3.0 * noise;  // of three channels together
+      level = std::max(noise, 0.5 * static_cast<double>(median(inner)) - floor);
+      // 2. Its centre of area
+      double area = 0.0;
+      Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+      for (int row = box.y; row < box.br().y; ++row) {
+        for (int column = box.x; column < box.br().x; ++column) {
+          const Eigen::Vector2d at(column, row);
+          const double own = (at - centre).norm();
+          if (own > reach || !is_own(at, own)) continue;
+          const double share =
+              std::clamp((contrast.at<float>(row, column) - floor) / level, 0.0, 1.0);
+          area += share;
+          moment += share * (at - centre);
+        }
       }
+      if (area <= 0.0) break;
+      const Eigen::Vector2d step = moment / area;
+      centre += step;
+      constexpr double settled = 1.0e-3;  // px
+      if (step.norm() < settled) break;
     }
-    const std::vector<int> of_track = waiting.empty() || spots.empty()
-                                          ? std::vector<int>(waiting.size(), -1)
-                                          : assign(cost, forbidden);
-    std::vector<bool> taken(spots.size(), false);
-    for (Track& track : tracks) track.spots.push_back(-1);
-    for (std::size_t i = 0; i < waiting.size(); ++i) {
-      Track& track = tracks[waiting[i]];
-      if (of_track[i] < 0) {
-        ++track.unseen;
-        continue;
-      }
-      const auto spot = static_cast<std::size_t>(of_track[i]);
-      const bool has_step = frame > 0;
-      if (has_step) track.step = (spots[spot].pixel - track.place) / (track.unseen + 1);
-      track.place = spots[spot].pixel;
-      track.unseen = 0;
-      track.spots.back() = of_track[i];
-      taken[spot] = true;
-    }
-    for (std::size_t j = 0; j < spots.size(); ++j) {
-      if (taken[j]) continue;
-      tracks.push_back({std::vector<int>(frame + 1, -1), spots[j].pixel, Eigen::Vector2d::Zero()});
-      tracks.back().spots.back() = static_cast<int>(j);
-    }
+    // Only pixels of the rim, about a pixel and a half wide, are neither in nor out: each errs by
+    // n / level, d / sqrt(8) away from the centre in an axis. Over the area pi d^2 / 4:
+    //   sigma^2 = 1.5 pi d (n / level)^2 (d^2 / 8) / (pi d^2 / 4)^2
+    const double share = level > 0.0 ? noise / level : 1.0;
+    sigmas.push_back(share * std::sqrt(3.0 / (std::numbers::pi * diameter_px)));
   }
-  std::vector<std::vector<int>> result;
-  for (Track& track : tracks) result.push_back(std::move(track.spots));
-  return result;
+  return sigmas;
+}
+
+std::size_t particles_among(const std::vector<Spot>& spots, int count) {
+  const std::size_t most = std::min(spots.size(), static_cast<std::size_t>(count));
+  // Films that show less than half of them are not read by their masses
+  double widest = 2.0;
+  std::size_t among = most;
+  for (std::size_t i = std::max<std::size_t>(1, most / 2); i < most; ++i) {
+    const double ratio = spots[i - 1].mass / spots[i].mass;
+    if (ratio <= widest) continue;
+    widest = ratio;
+    among = i;
+  }
+  return among;
 }
 
 }  // namespace graintruth::tracking

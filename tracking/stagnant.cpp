@@ -57,23 +57,22 @@ double SharpnessWatcher::sharpness() const {
 }
 
 StagnantWatcher::StagnantWatcher(const BedScene& scene) : scene_(scene), pixel_(scene.pixel()) {
-  const datasets::BedBox& bin = *scene.experiment.rig.bed;
+  const datasets::OpenBox& box = scene.box();
   const double diameter = diameter_of(scene.shape);
   const Camera& camera = scene.film.calibration.camera;
   const Eigen::Vector2d top_of_picture(scene.region.x + 0.5 * scene.region.width, scene.region.y);
-  const double height = std::min(camera.unproject(top_of_picture).y(), bin.height);
-  places_ = datasets::make_stagnant_map(bin.width(), height, diameter);
+  const double height = std::min(camera.unproject(top_of_picture).y(), box.height);
+  places_ = datasets::make_stagnant_map(box.width, height, diameter);
   window_ = std::max(3, static_cast<int>(std::lround(window_share * diameter / pixel_)));
-  step_ = datasets::stagnant_speed(diameter, scene.experiment.rig.gravity) /
-          scene.experiment.camera.frame_rate;
+  step_ = datasets::stagnant_speed(diameter, scene.spec.rig.gravity) / scene.spec.camera.frame_rate;
   apart_ = std::max(1, static_cast<int>(std::ceil(pixel_ / step_)));
-  const cv::Size size(static_cast<int>(bin.width() / pixel_), static_cast<int>(height / pixel_));
+  const cv::Size size(static_cast<int>(box.width / pixel_), static_cast<int>(height / pixel_));
   column_of_.create(size);
   row_of_.create(size);
   for (int row = 0; row < size.height; ++row) {
     for (int column = 0; column < size.width; ++column) {
       const Eigen::Vector2d at =
-          camera.project((column + 0.5) * pixel_ - 0.5 * bin.width(), (row + 0.5) * pixel_);
+          camera.project((column + 0.5) * pixel_ - 0.5 * box.width, (row + 0.5) * pixel_);
       column_of_(row, column) = static_cast<float>(at.x() - scene.region.x);
       row_of_(row, column) = static_cast<float>(at.y() - scene.region.y);
     }
@@ -140,7 +139,7 @@ cv::Mat1f StagnantWatcher::likeness(const Slopes& a, const Slopes& b) const {
 
 std::vector<float> StagnantWatcher::at_places(const cv::Mat1f& picture) const {
   std::vector<float> values;
-  const double left = 0.5 * scene_.experiment.rig.bed->width();
+  const double left = 0.5 * scene_.box().width;
   for (const double x : places_.x)
     for (const double z : places_.z)
       values.push_back(

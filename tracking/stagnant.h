@@ -8,7 +8,6 @@
 
 #include "datasets/stagnant.h"
 #include "tracking/bed_scene.h"
-#include "tracking/track_bed.h"
 
 namespace graintruth::tracking {
 

@@ -6,6 +6,8 @@
 #include <opencv2/videoio.hpp>
 #include <random>
 
+#include "tracking/plate.h"
+
 namespace graintruth::tracking {
 
 namespace {
@@ -13,20 +15,19 @@ namespace {
 constexpr int fine = 3;  // samples a pixel and direction
 
 // Colour of the flat scene at a point of the particle plane.
-cv::Vec3f ground(const SyntheticScene& scene, double x, double z, double piston_face) {
-  const datasets::Experiment& experiment = scene.experiment;
-  for (const datasets::Fiducial& dot : experiment.camera.fiducials) {
+cv::Vec3f ground(const SyntheticScene& scene, double x, double z, double face_height) {
+  for (const datasets::Fiducial& dot : scene.spec.camera.fiducials) {
     const double tab = 1.05 * dot.diameter;  // half the side of the tab
     if (std::abs(x - dot.x) > tab || std::abs(z - dot.z) > tab) continue;
     return std::hypot(x - dot.x, z - dot.z) < 0.5 * dot.diameter ? cv::Vec3f(0.08F, 0.08F, 0.08F)
                                                                  : cv::Vec3f(0.8F, 0.82F, 0.82F);
   }
-  if (const auto& piston = experiment.rig.moving_face) {
+  if (const auto& face = scene.spec.rig.face) {
     constexpr double thickness = 0.02;  // m
-    if (x > piston->left_x && x < piston->right_x && z < piston_face && z > piston_face - thickness)
+    if (x > face->left_x && x < face->right_x && z < face_height && z > face_height - thickness)
       return {0.58F, 0.6F, 0.6F};
   }
-  for (const datasets::Wall& wall : experiment.rig.walls) {
+  for (const datasets::Wall& wall : scene.spec.rig.walls) {
     const Eigen::Vector2d from(wall.from_x, wall.from_z),
         along(wall.to_x - wall.from_x, wall.to_z - wall.from_z);
     const double share = (Eigen::Vector2d(x, z) - from).dot(along) / along.squaredNorm();
@@ -70,11 +71,11 @@ Camera make_camera(int width,
 
 cv::Mat draw_frame(const SyntheticScene& scene,
                    const std::vector<BodyPose>& poses,
-                   double piston_face,
+                   double face_height,
                    int number) {
   const Camera& camera = scene.camera;
   const int width = camera.width(), height = camera.height();
-  const BodyShape shape = nominal_shape(scene.experiment);
+  const BodyShape shape = nominal_shape(scene.spec.body, "drawn.toml");
   struct Ball {
     Eigen::Vector3d centre;
     double radius;
@@ -133,7 +134,7 @@ cv::Mat draw_frame(const SyntheticScene& scene,
           nearest = distance;
           colour = ball_colour(ball->paint, (from + distance * ray) / ball->radius);
         }
-        sum += nearest < 1.0e8 ? colour : ground(scene, plane.x(), plane.y(), piston_face);
+        sum += nearest < 1.0e8 ? colour : ground(scene, plane.x(), plane.y(), face_height);
       }
       const double uneven = 1.0 + scene.light_slope * (static_cast<double>(column) / width - 0.5);
       picture.at<cv::Vec3f>(row, column) =
@@ -182,8 +183,8 @@ void paint(
 }
 
 void paint_bars(cv::Mat& picture, const SyntheticBed& bed, bool is_open) {
-  const datasets::BedBox& bin = *bed.scene.experiment.rig.bed;
-  const double side = 0.5 * bin.width(), edge = 0.5 * bed.scene.experiment.rig.opening->width();
+  const datasets::OpenBox& box = *bed.scene.spec.rig.box;
+  const double side = 0.5 * box.width, edge = 0.5 * box.opening;
   constexpr double thickness = 4.0e-3, step = 1.0e-3;  // m
   const auto square = [&](double x, double z) {
     paint(picture, bed.scene.camera, x, z, step, [&](const Eigen::Vector2d& d, cv::Vec3f& sample) {
@@ -191,7 +192,7 @@ void paint_bars(cv::Mat& picture, const SyntheticBed& bed, bool is_open) {
     });
   };
   for (double depth = 0.5 * step; depth < thickness; depth += step) {
-    for (double z = 0.5 * step - thickness; z < bin.height; z += step) {
+    for (double z = 0.5 * step - thickness; z < box.height; z += step) {
       square(-side - depth, z);
       square(side + depth, z);
     }
@@ -207,10 +208,10 @@ cv::Mat draw_bed(const SyntheticBed& bed,
                  bool is_open,
                  int number) {
   const SyntheticScene& scene = bed.scene;
-  const datasets::EllipticalPlate& plate = *scene.experiment.particle.plate;
+  const PlateShape plate = plate_shape(scene.spec.body);
   cv::Mat picture(scene.camera.height(), scene.camera.width(), CV_32FC3);
   picture.setTo(cv::Scalar(bed.ground[0], bed.ground[1], bed.ground[2]));
-  for (const datasets::Fiducial& dot : scene.experiment.camera.fiducials) {
+  for (const datasets::Fiducial& dot : scene.spec.camera.fiducials) {
     const double tab = 1.05 * dot.diameter;
     paint(picture,
           scene.camera,

@@ -1,5 +1,5 @@
 // Films with known truth: glossy balls, single or in pairs, dots on tabs, walls and a sinking
-// piston, drawn through a known camera. For tests and for choosing options; the tracker does not
+// face, drawn through a known camera. For tests and for choosing options; the tracker does not
 // use it.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 #include "datasets/trajectories.h"
 #include "tracking/camera.h"
 #include "tracking/refine.h"
@@ -15,7 +15,7 @@
 namespace graintruth::tracking {
 
 struct SyntheticScene {
-  datasets::Experiment experiment;  // fiducials, walls, piston, particle
+  datasets::TrackingSpec spec;  // camera, walls, moving face, box, body
   Camera camera;
   std::vector<cv::Vec3f> paints;  // blue, green, red of each body, 0..1
   double light = 1.0;             // brightness of everything, in the middle of the picture
@@ -56,7 +56,7 @@ cv::Mat draw_bed(const SyntheticBed& bed,
 // One frame; `number` only seeds its noise.
 cv::Mat draw_frame(const SyntheticScene& scene,
                    const std::vector<BodyPose>& poses,
-                   double piston_face,
+                   double face_height,
                    int number);
 
 // Lossless (FFV1 in avi).

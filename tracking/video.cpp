@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "datasets/experiment/pictures.h"
 #include "datasets/input_error.h"
 #include "tracking/median.h"
 
@@ -22,6 +24,12 @@ namespace {
 constexpr double tolerated_missing_share = 0.02;
 constexpr int tolerated_missing_frames = 2;
 
+// A film that is kept as pictures, or is a single one.
+std::vector<std::filesystem::path> single_pictures(const std::filesystem::path& file) {
+  if (std::filesystem::is_regular_file(file) && cv::haveImageReader(file.string())) return {file};
+  return datasets::pictures_of(file);
+}
+
 }  // namespace
 
 std::string listed(const std::vector<int>& frames) {
@@ -33,33 +41,52 @@ std::string listed(const std::vector<int>& frames) {
 }
 
 VideoReader::VideoReader(const std::filesystem::path& file, double frame_rate)
-    : file_(file), frame_rate_(frame_rate) {
-  if (!std::filesystem::exists(file))
-    throw InputError(
-        fmt::format("{}: the film does not exist; give the path of a video file", file.string()));
-  if (std::filesystem::is_directory(file))
-    throw InputError(fmt::format("{}: is a folder; give the path of a video file", file.string()));
-  if (std::filesystem::file_size(file) == 0)
-    throw InputError(fmt::format("{}: the file is empty; copy the film again", file.string()));
-  capture_.open(file.string(), cv::CAP_FFMPEG);
-  if (!capture_.isOpened()) {
-    throw InputError(
-        fmt::format("{}: cannot be opened as a film (cut off, or not a video); copy it again or "
-                    "convert it to mp4",
-                    file.string()));
-  }
-  declared_frame_rate_ = capture_.get(cv::CAP_PROP_FPS);
-  declared_frames_ = std::max(0, static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_COUNT)));
-  if (!capture_.read(first_frame_) || first_frame_.empty())
+    : file_(file), frame_rate_(frame_rate), pictures_(single_pictures(file)) {
+  if (pictures_.empty()) open_film();
+  declared_frames_ = pictures_.empty()
+                         ? std::max(0, static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_COUNT)))
+                         : static_cast<int>(pictures_.size());
+  if (!next_frame(first_frame_) || first_frame_.empty())
     throw InputError(fmt::format(
         "{}: holds no frame that can be decoded; record or copy the film again", file.string()));
   size_ = first_frame_.size();
 }
 
+void VideoReader::open_film() {
+  if (!std::filesystem::exists(file_))
+    throw InputError(
+        fmt::format("{}: the film does not exist; give the path of a video file", file_.string()));
+  if (std::filesystem::is_directory(file_))
+    throw InputError(fmt::format(
+        "{}: is a folder without pictures; give the path of a video file, or of pictures",
+        file_.string()));
+  if (std::filesystem::file_size(file_) == 0)
+    throw InputError(fmt::format("{}: the file is empty; copy the film again", file_.string()));
+  capture_.open(file_.string(), cv::CAP_FFMPEG);
+  if (!capture_.isOpened()) {
+    throw InputError(
+        fmt::format("{}: cannot be opened as a film (cut off, or not a video); copy it again or "
+                    "convert it to mp4",
+                    file_.string()));
+  }
+  declared_frame_rate_ = capture_.get(cv::CAP_PROP_FPS);
+}
+
+bool VideoReader::next_frame(cv::Mat& frame) {
+  if (pictures_.empty()) return capture_.read(frame) && !frame.empty();
+  if (next_picture_ == pictures_.size()) return false;
+  const std::filesystem::path& picture = pictures_[next_picture_++];
+  frame = cv::imread(picture.string(), cv::IMREAD_COLOR);
+  if (frame.empty())
+    throw InputError(
+        fmt::format("{}: the picture cannot be read; copy it again", picture.string()));
+  return true;
+}
+
 bool VideoReader::read(cv::Mat& frame) {
   if (finished_) return false;
   if (frames_read_ == 0) {
-    scan_ = detect_scan(file_);
+    if (pictures_.empty()) scan_ = detect_scan(file_);
     if (scan_ != Scan::progressive) {
       declared_frames_ *= 2;
       declared_frame_rate_ *= 2.0;
@@ -73,7 +100,7 @@ bool VideoReader::read(cv::Mat& frame) {
     if (!first_frame_.empty()) {
       frame = first_frame_;
       first_frame_.release();
-    } else if (!capture_.read(frame) || frame.empty()) {
+    } else if (!next_frame(frame)) {
       finish();
       return false;
     }
@@ -106,7 +133,7 @@ void VideoReader::check_size(const cv::Mat& frame) const {
 }
 
 void VideoReader::note_time_stamp() {
-  time_stamps_.push_back(capture_.get(cv::CAP_PROP_POS_MSEC) * 1.0e-3);
+  time_stamps_.push_back(pictures_.empty() ? capture_.get(cv::CAP_PROP_POS_MSEC) * 1.0e-3 : 0.0);
 }
 
 void VideoReader::note_change(const cv::Mat& frame) {

@@ -1,5 +1,6 @@
 // Frames of a film in order, and when they were taken; of an interlaced film its fields, each as a
-// picture of full height. The reader counts frames by reading them and
+// picture of full height. A film may be kept as single pictures, see
+// datasets/experiment/pictures.h. The reader counts frames by reading them and
 // never seeks, because OpenCV 4.6 seeks to the wrong frame in H.264 and its time stamps are 0 near
 // the end of a file.
 #pragma once
@@ -27,8 +28,10 @@ class VideoReader {
   // changes its size.
   bool read(cv::Mat& frame);
 
-  // From now on pictures are put back to where the first one shows these fiducials.
-  void hold_steady(const std::vector<FiducialSighting>& first) { steady_.emplace(first); }
+  // From now on pictures are put back to where the first one shows these fiducials, if any.
+  void hold_steady(const std::vector<FiducialSighting>& first) {
+    if (!first.empty()) steady_.emplace(first);
+  }
   // How that went; nothing where it was not asked for.
   const std::optional<SteadyView>& steady() const { return steady_; }
 
@@ -58,6 +61,9 @@ class VideoReader {
   const std::vector<int>& repeated_frames() const { return repeated_frames_; }
 
  private:
+  void open_film();
+  // The next frame of the file, or the next picture.
+  bool next_frame(cv::Mat& frame);
   void check_size(const cv::Mat& frame) const;
   void note_time_stamp();
   void note_change(const cv::Mat& frame);
@@ -72,6 +78,8 @@ class VideoReader {
   bool finished_ = false;
   cv::Size size_;
   cv::VideoCapture capture_;
+  std::vector<std::filesystem::path> pictures_;  // in place of it
+  std::size_t next_picture_ = 0;
   cv::Mat first_frame_;
   cv::Mat previous_;                 // every fourth row and column of the frame before
   std::vector<double> changes_;      // of each frame of the file: mean absolute change, grey levels

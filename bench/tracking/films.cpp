@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "tracking/recording.h"
+
 namespace graintruth::bench {
 
 namespace fs = std::filesystem;
@@ -23,8 +25,12 @@ std::vector<Filmed> films_of(const std::string& data_set,
         const bool is_new = std::none_of(films.begin(), films.end(), [&](const Filmed& film) {
           return film.replicate.name == replicate.name;
         });
-        if (is_new && replicate.name.find(part) != std::string::npos)
-          films.push_back({experiment, replicate});
+        if (!is_new || replicate.name.find(part) == std::string::npos) continue;
+        films.push_back({experiment,
+                         replicate,
+                         datasets::film_of(experiment, replicate),
+                         tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate),
+                                               replicate.video)});
       }
     } catch (const std::exception& error) {
       fmt::print("skipped: {}\n", error.what());

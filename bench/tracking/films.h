@@ -4,14 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/tracking_spec.h"
 
 namespace graintruth::bench {
 
-// A film and the experiment that names it.
+// A film, how it is to be tracked, and the experiment that names it.
 struct Filmed {
   datasets::Experiment experiment;
   datasets::Replicate replicate;
+  datasets::Film film;
+  datasets::TrackingSpec spec;  // of the recording
 };
 
 // The films of the experiment `file`, or where that is empty all of the bundled data set of this

@@ -15,8 +15,8 @@
 #include "bench/tracking/films.h"
 #include "calibrate/bulk_measure.h"
 #include "datasets/table.h"
-#include "tracking/recording.h"
-#include "tracking/track_bed.h"
+#include "tracking/bed_tracker.h"
+#include "tracking/track_film.h"
 
 using namespace graintruth;
 
@@ -244,18 +244,18 @@ int main(int argc, char** argv) {
              "event ms",
              "g",
              "fps");
-  for (const auto& [experiment, replicate] : films) {
-    const datasets::Experiment filmed =
-        tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
+  for (const auto& [experiment, replicate, film, spec] : films) {
     const std::clock_t start = std::clock();
-    const tracking::TrackedBed tracked = tracking::track_bed(filmed, replicate);
-    const auto& [tracks, stagnant, summary, bed] = tracked;
+    tracking::BedTracker tracker(spec, film);
+    const auto [tracks, summary] = tracking::track_film(tracker, spec, film);
+    const auto& stagnant = tracker.stagnant();
+    const auto& bed = tracker.bed();
     const double cpu = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     const std::string run = replicate.name.substr(0, std::string("orifice050_rep1").size());
     const Truth truth = read_truth(replicate.video.parent_path() / "truth", run);
     if (!stagnant.x.empty()) {
       const StagnantFigures f = compare_stagnant(
-          stagnant, truth, calibrate::bulk_rig(experiment, replicate), filmed.camera.frame_rate);
+          stagnant, truth, calibrate::bulk_rig(experiment, replicate), spec.camera.frame_rate);
       fmt::print(
           "{:36} smeared: stagnant boundary off the truth by {:.1f} mm (median), {:.1f} mm (mean), "
           "{:.1f} % within a diameter; its median over the discharge by {:.1f} mm at most; places "
@@ -272,7 +272,7 @@ int main(int argc, char** argv) {
     }
     // 40 mm below the floor the picture ends; a plate's own half axis stays inside
     constexpr double bottom = -0.029;  // m
-    const Figures f = compare(tracks, truth, truth_rate / filmed.camera.frame_rate, bottom);
+    const Figures f = compare(tracks, truth, truth_rate / spec.camera.frame_rate, bottom);
     const double n = static_cast<double>(std::max(1L, f.matched));
     const double px = 1.0e3 * summary.scale_px_per_mm;
     const auto rms = [&](double square) { return std::sqrt(square / n); };

@@ -18,8 +18,8 @@
 
 #include "bench/tracking/films.h"
 #include "datasets/table.h"
-#include "tracking/recording.h"
-#include "tracking/track_video.h"
+#include "tracking/ball_tracker.h"
+#include "tracking/track_film.h"
 
 using namespace graintruth;
 
@@ -96,11 +96,10 @@ int main(int argc, char** argv) {
              "(mass centre)",
              "event ms",
              "fps");
-  for (const auto& [experiment, replicate] : films) {
-    const datasets::Experiment filmed =
-        tracking::as_recorded(datasets::as_filmed(experiment, replicate), replicate);
+  for (const auto& [experiment, replicate, film, spec] : films) {
     const std::clock_t started = std::clock();
-    const auto [tracks, summary] = tracking::track_video(filmed, replicate);
+    tracking::BallTracker tracker(spec, film);
+    const auto [tracks, summary] = tracking::track_film(tracker, spec, film);
     // Processor time: what one core can do, whoever else is using it
     const double frames_per_second = static_cast<double>(tracks.frames()) * CLOCKS_PER_SEC /
                                      static_cast<double>(std::clock() - started);
@@ -226,8 +225,8 @@ int main(int argc, char** argv) {
                text(1.0e3 * summary.event_uncertainty_s),
                text(summary.calibration_rms_mm),
                text(summary.scale_px_per_mm),
-               text(summary.radius_learned_mm),
-               text(summary.separation_learned_mm),
+               text(1.0e3 * tracker.learned().radius_mean),
+               text(1.0e3 * tracker.learned().separation_mean),
                text(frames_per_second),
                tracking::to_string(summary.grade)});
   }

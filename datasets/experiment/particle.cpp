@@ -50,7 +50,10 @@ void use_plate(const EllipticalPlate& plate, Particle& particle) {
     }
   }
   model.inertia = inertia_of(plate, particle.mass);
-  particle.plate = plate;
+  particle.body = NamedBody{"plate",
+                            {{"semi_major", plate.semi_major},
+                             {"semi_minor", plate.semi_minor},
+                             {"thickness", plate.thickness}}};
   particle.diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor);
   particle.seen_area = std::numbers::pi * plate.semi_major * plate.semi_minor;
   particle.length = 2.0 * plate.semi_major;
@@ -103,21 +106,33 @@ void use_model(Particle& particle) {
 }  // namespace
 
 Particle read_particle(TomlSection section,
+                       Purpose purpose,
                        const std::filesystem::path& folder,
                        std::vector<std::filesystem::path>& inputs) {
+  const bool only_tracked = purpose == Purpose::tracking;
   Particle particle;
-  particle.count = section.whole_number("count", 1, 100000);
-  particle.mass = section.quantity("mass", mass_units, positive);
+  auto plate = section.optional_section("plate");
+  if (section.has("body")) {
+    if (plate) section.fail("body", "is given beside 'plate'; keep one of them");
+    particle.body = read_named_body(section);
+  }
+  // 1. How many, and how heavy; named bodies that are only tracked may come and go
+  const auto count = section.optional_whole_number("count", 1, 100000);
+  if (!count && !(only_tracked && particle.body)) section.whole_number("count", 1, 100000);
+  particle.count = count.value_or(0);
+  const auto mass = section.optional_quantity("mass", mass_units, positive);
+  if (!mass && !only_tracked) section.quantity("mass", mass_units, positive);
+  particle.mass = mass.value_or(0.0);
+  // 2. The shape
   particle.model.name = "particle";
   particle.model.count = particle.count;
-  auto plate = section.optional_section("plate");
   const bool has_shape = section.has("spheres") || section.has("chain") || section.has("profile") ||
                          section.has("sphere_file") || section.has("radius_mm") ||
                          section.has("radius_cm") || section.has("radius_m");
   if (has_shape) {
     read_particle_shape(section, folder, inputs, particle.model);
     use_model(particle);
-  } else if (!plate) {
+  } else if (!plate && !(only_tracked && particle.body)) {
     section.fail("spheres",
                  "is missing; write spheres = [{offset_mm = ..., radius_mm = ...}, ...]");
   }

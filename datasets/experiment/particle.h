@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "datasets/experiment/named_body.h"
 #include "datasets/scene_file.h"
 #include "datasets/toml_section.h"
 
@@ -28,7 +29,7 @@ struct EllipticalPlate {
 };
 
 struct Particle {
-  int count = 0;        // how many lie in the rig
+  int count = 0;        // how many lie in the rig; 0 where a film need not tell
   double mass = 0.0;    // kg, of one
   SceneParticle model;  // what is simulated for one, its long axis along x
   // In the picture plane
@@ -38,13 +39,18 @@ struct Particle {
   double half_width = 0.0;               // m, half of its extent across that
   double thickness = 0.0;                // m, across the panes
   bool shows_angle = true;               // how it is turned can be seen
-  std::vector<AxialSphere> spheres;      // where balls on the long axis make it up; else empty
-  std::optional<EllipticalPlate> plate;  // what the camera sees, where that is not the spheres
+  std::vector<AxialSphere> spheres;  // where balls on the long axis make it up; else empty
+  std::optional<NamedBody> body;     // what the camera sees, where that is not the spheres
 };
 
+// What an experiment file is read for. Films can be tracked without a rig, materials, masses or a
+// second replicate; what is given is checked all the same.
+enum class Purpose { calibration, tracking };
+
 // [particle]. Shapes are those of scene files; spheres may also be given by their offset on the
-// long axis, and a plate by its half axes and thickness.
+// long axis, a plate by its half axes and thickness, and what a camera sees as a named body.
 Particle read_particle(TomlSection section,
+                       Purpose purpose,
                        const std::filesystem::path& folder,
                        std::vector<std::filesystem::path>& inputs);
 // As many grains as the model stands for one of. The mass is that stated, else NaN.

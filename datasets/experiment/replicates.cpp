@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <string_view>
+
+#include "datasets/experiment/pictures.h"
 
 namespace graintruth::datasets {
 
@@ -14,7 +17,8 @@ std::filesystem::path read_file(TomlSection& section,
   const auto name = section.optional_text(key);
   if (!name) return {};
   const std::filesystem::path path = folder / *name;
-  if (!std::filesystem::is_regular_file(path))
+  const bool may_be_pictures = std::string_view(key) == "video";
+  if (!(may_be_pictures ? is_film(path) : std::filesystem::is_regular_file(path)))
     section.fail(key, fmt::format("names '{}', but there is no such file", path.string()));
   return path;
 }
@@ -72,17 +76,25 @@ void read_source(TomlSection& section, Replicate& replicate) {
   }
 }
 
+// Of pictures that a pattern names that of their folder.
+std::string usual_name(const std::filesystem::path& file) {
+  const bool is_pattern = file.filename().string().find('*') != std::string::npos;
+  const bool is_folder = !file.has_filename();  // its path ends with a slash
+  return (is_pattern || is_folder ? file.parent_path().filename() : file.stem()).string();
+}
+
 }  // namespace
 
 std::vector<Replicate> read_replicates(TomlSection& root,
                                        const std::filesystem::path& folder,
+                                       Purpose purpose,
                                        const ReadReplicateRig& read_own_rig) {
   std::vector<Replicate> replicates;
   std::set<std::string> names;
   for (TomlSection& section : root.sections("replicate")) {
     Replicate replicate;
     const char* key = read_files(section, folder, replicate);
-    replicate.name = section.optional_text("name").value_or(replicate.file().stem().string());
+    replicate.name = section.optional_text("name").value_or(usual_name(replicate.file()));
     if (replicate.name.empty() || replicate.name.find('/') != std::string::npos) {
       section.fail("name", "must be a plain file name");
     }
@@ -99,7 +111,9 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     section.finish();
     replicates.push_back(std::move(replicate));
   }
-  if (replicates.size() < 2) {
+  if (replicates.empty() && purpose == Purpose::tracking)
+    root.fail("replicate", "is missing; write [[replicate]] and video = \"...\" for each film");
+  if (replicates.size() < 2 && purpose == Purpose::calibration) {
     root.fail(
         "replicate",
         fmt::format("is given {} time(s), but at least 2 replicates are needed: the spread between "

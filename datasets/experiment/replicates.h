@@ -13,6 +13,7 @@ using ReadReplicateRig = std::function<Rig(TomlSection& replicate)>;
 
 std::vector<Replicate> read_replicates(TomlSection& root,
                                        const std::filesystem::path& folder,
+                                       Purpose purpose,
                                        const ReadReplicateRig& read_own_rig);
 
 }  // namespace graintruth::datasets

@@ -85,7 +85,7 @@ void write_film_of_balls(const TemporaryFolder& folder,
                          const datasets::Experiment& experiment,
                          unsigned film) {
   tracking::SyntheticScene scene;
-  scene.experiment = experiment;
+  scene.spec = datasets::make_tracking_spec(experiment, experiment.replicates.front());
   scene.camera = tracking::make_camera(394, 374, 0.001, 0.004, 0.6, 4800.0, -0.1, 0.0);
   scene.paints = {{0.8F, 0.8F, 0.8F}};
   scene.ground = 0.06F;

@@ -251,7 +251,7 @@ TEST_F(Export, TracksHaveTheColumnsOfTrackpy) {
                         "0,-0.02,1,0.25,0.5,0.1,1e-4,1e-4,1e-3,1\n"
                         "1,0,1,0.26,0.49,0.2,1e-4,1e-4,1e-3,1\n"
                         "1,0,2,0.3,0.4,0.3,1e-4,1e-4,1e-3,1\n");
-  datasets::write_whole(run_.stagnant("rep1"), "time_s,x_m,height_m\n0,0,0\n");
+  datasets::write_whole(run_.film_table("rep1", "stagnant"), "time_s,x_m,height_m\n0,0,0\n");
   ASSERT_EQ(export_to("csv").status, 0);
   EXPECT_EQ(content_of(out() / "csv/tracks/rep1.csv"),
             "frame,particle,x,y,angle_rad,time_s\n"

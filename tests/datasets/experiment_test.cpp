@@ -60,8 +60,8 @@ TEST(LoadExperiment, GivesEveryReplicateOfABinItsOwnOrificeAndFrameRate) {
   const Experiment experiment =
       load_bin("bin_width_mm = 150\nbin_height_mm = 200\norifice_width_mm = 60",
                "orifice_width_mm = 50\nframe_rate_hz = 25");
-  ASSERT_TRUE(experiment.particle.plate.has_value());
-  EXPECT_NEAR(experiment.particle.plate->semi_minor, 0.0053, 1e-15);
+  ASSERT_TRUE(experiment.particle.body.has_value());
+  EXPECT_NEAR(experiment.particle.body->lengths.at("semi_minor"), 0.0053, 1e-15);
   const Experiment first = as_filmed(experiment, experiment.replicates[0]);
   const Experiment second = as_filmed(experiment, experiment.replicates[1]);
   EXPECT_NEAR(first.rig.opening->width(), 0.05, 1e-15);

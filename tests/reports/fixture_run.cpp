@@ -191,6 +191,7 @@ Json tracking() {
          {"calibration_rms_mm", 0.11 + 0.01 * r},
          {"calibration_max_mm", 0.29},
          {"calibration_leave_one_out_mm", 0.21},
+         {"scale_from", "14 fiducials"},
          {"fiducials_found", 14},
          {"frames", 261},
          {"completeness", r == 3 ? 0.984 : 1.0},

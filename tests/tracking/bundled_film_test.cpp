@@ -68,7 +68,8 @@ struct BundledFilm : testing::Test {
     std::vector<cv::Mat> pictures;
     for (cv::Mat frame; video.frames_read() < enough && video.read(frame);)
       pictures.push_back(changed(frame));
-    const auto [tracks, summary] = track(experiment, pictures);
+    const auto [tracks, summary] =
+        track(datasets::make_tracking_spec(experiment, replicate), pictures);
     EXPECT_GE(summary.least_complete_particle, 0.995);
     EXPECT_EQ(summary.angle_jumps, 0);
     EXPECT_EQ(summary.suspected_swaps, 0);
@@ -82,7 +83,8 @@ struct BundledFilm : testing::Test {
 
 TEST_F(BundledFilm, IsTrackedAsItWas) {
   const datasets::Replicate& replicate = experiment.replicates[1];
-  const auto [tracks, summary] = track_video(experiment, replicate);
+  const auto [tracks, summary] = track(datasets::make_tracking_spec(experiment, replicate),
+                                       datasets::film_of(experiment, replicate));
   EXPECT_GE(summary.least_complete_particle, 0.995);
   EXPECT_NEAR(summary.event_time_s, 0.2, 0.005);
   EXPECT_EQ(summary.angle_jumps, 0);

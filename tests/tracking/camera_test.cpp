@@ -54,31 +54,29 @@ TEST(SphereOutline, IsTheTangentCone) {
   }
 }
 
-struct Layout {
-  std::vector<datasets::Fiducial> fiducials;
-  std::vector<FiducialSighting> sightings;
-};
+constexpr CalibrationOptions of_720{.width = 720, .height = 576};
 
-Layout see(const Camera& camera, int count, double noise_px) {
-  Layout layout;
+std::vector<CameraReference> see(const Camera& camera, int count, double noise_px) {
+  std::vector<CameraReference> layout;
   std::mt19937 generator(3);
   std::normal_distribution<double> noise(0.0, noise_px);
   for (int i = 0; i < count; ++i) {
     const datasets::Fiducial dot{
         i % 2 == 0 ? -0.29 : 0.28, 0.22 - 0.44 * (i / 2) / ((count - 1) / 2), 0.014};
-    layout.fiducials.push_back(dot);
-    layout.sightings.push_back({i,
-                                disc_centroid(camera, dot.x, dot.z, dot.diameter) +
-                                    Eigen::Vector2d(noise(generator), noise(generator)),
-                                15.0});
+    layout.push_back({i,
+                      dot.x,
+                      dot.z,
+                      dot.diameter,
+                      disc_centroid(camera, dot.x, dot.z, dot.diameter) +
+                          Eigen::Vector2d(noise(generator), noise(generator))});
   }
   return layout;
 }
 
 TEST(Calibration, RecoversWhereThingsAre) {
   const Camera truth = make_camera(720, 576, 0.01, -0.01, 1.9, 1080.0, -0.25, 0.02);
-  const Layout layout = see(truth, 12, 0.03);
-  const Calibration found = calibrate(layout.fiducials, layout.sightings, 720, 576, 1.0);
+  const std::vector<CameraReference> layout = see(truth, 12, 0.03);
+  const Calibration found = calibrate(layout, of_720);
   EXPECT_LT(found.rms, 0.1e-3);
   for (const auto& [x, z] : {std::pair{0.0, 0.0}, {0.1, 0.1}, {-0.12, 0.12}, {0.0, -0.2}}) {
     const Eigen::Vector2d seen = found.camera.unproject(truth.project(x, z));
@@ -91,8 +89,8 @@ TEST(Calibration, RecoversWhereThingsAre) {
 
 TEST(Calibration, AbsorbsPixelsThatAreNotSquare) {
   const Camera truth = make_camera(720, 576, 0.0, 0.0, 1.9, 1000.0, -0.1, 0.0, 1.067);
-  const Layout layout = see(truth, 10, 0.02);
-  const Calibration found = calibrate(layout.fiducials, layout.sightings, 720, 576, 1.0);
+  const std::vector<CameraReference> layout = see(truth, 10, 0.02);
+  const Calibration found = calibrate(layout, of_720);
   const Eigen::Vector2d seen = found.camera.unproject(truth.project(0.05, 0.08));
   EXPECT_NEAR(seen.x(), 0.05, 0.2e-3);
   EXPECT_NEAR(seen.y(), 0.08, 0.2e-3);
@@ -101,15 +99,15 @@ TEST(Calibration, AbsorbsPixelsThatAreNotSquare) {
 
 TEST(Calibration, TellsOfPixelsThatAreNotAsStated) {
   const Camera truth = make_camera(720, 576, 0.0, 0.0, 1.9, 1000.0, -0.1, 0.0, 1.067);
-  const Layout layout = see(truth, 10, 0.02);
+  const std::vector<CameraReference> layout = see(truth, 10, 0.02);
   const auto warnings_where_stated = [&](double aspect) {
-    datasets::Experiment experiment;
-    experiment.camera.pixel_aspect = aspect;
-    experiment.camera.fiducials = layout.fiducials;
-    const FilmCamera film{calibrate(layout.fiducials, layout.sightings, 720, 576, aspect),
-                          layout.sightings};
+    const datasets::Camera stated{.pixel_aspect = aspect};
+    const FilmCamera film{
+        calibrate(layout, {.width = 720, .height = 576, .pixel_aspect = aspect}),
+        {.name = "fiducials", .given = 10, .found = 10, .references = layout, .sightings = {{}}},
+        {}};
     TrackingSummary summary;
-    describe_camera(film, experiment, 1.0e-3, summary);
+    describe_camera(film, stated, summary);
     return summary.warnings;
   };
   EXPECT_TRUE(warnings_where_stated(1.067).empty());
@@ -120,18 +118,18 @@ TEST(Calibration, TellsOfPixelsThatAreNotAsStated) {
 
 TEST(Calibration, LeavesOutADotThatLiesFarOff) {
   const Camera truth = make_camera(720, 576, 0.0, 0.0, 1.9, 1080.0, -0.2, 0.01);
-  Layout layout = see(truth, 12, 0.02);
-  layout.sightings[5].pixel += Eigen::Vector2d(4.0, -3.0);
-  const Calibration found = calibrate(layout.fiducials, layout.sightings, 720, 576, 1.0);
+  std::vector<CameraReference> layout = see(truth, 12, 0.02);
+  layout[5].pixel += Eigen::Vector2d(4.0, -3.0);
+  const Calibration found = calibrate(layout, of_720);
   EXPECT_EQ(found.used.size(), 11U);
   EXPECT_LT(found.rms, 0.1e-3);
 }
 
 TEST(Calibration, NeedsFourDots) {
   const Camera truth = make_camera(720, 576, 0.0, 0.0, 1.9, 1080.0, 0.0, 0.0);
-  Layout layout = see(truth, 12, 0.02);
-  layout.sightings.resize(3);
-  EXPECT_THROW(calibrate(layout.fiducials, layout.sightings, 720, 576, 1.0), datasets::InputError);
+  std::vector<CameraReference> layout = see(truth, 12, 0.02);
+  layout.resize(3);
+  EXPECT_THROW(calibrate(layout, of_720), datasets::InputError);
 }
 
 }  // namespace

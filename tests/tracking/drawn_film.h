@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "datasets/input_error.h"
+#include "tracking/recording.h"
+#include "tracking/registry.h"
 #include "tracking/synthetic_video.h"
-#include "tracking/track_video.h"
+#include "tracking/track_film.h"
 
 namespace graintruth::tracking {
 
@@ -21,17 +23,34 @@ inline std::filesystem::path temporary(const std::string& name) {
   return std::filesystem::temp_directory_path() / ("graintruth_" + test + "_" + name);
 }
 
-inline TrackedFilm track(const datasets::Experiment& experiment,
-                         const std::vector<cv::Mat>& pictures) {
-  datasets::Replicate replicate;
-  replicate.name = "drawn";
-  replicate.video = temporary("film.avi");
-  write_film(replicate.video, pictures, frame_rate);
-  struct Remove {
-    std::filesystem::path file;
-    ~Remove() { std::filesystem::remove(file); }
-  } remove{replicate.video};
-  return track_video(experiment, replicate);
+// The pictures as a film; the file is gone with it.
+class DrawnFilm {
+ public:
+  explicit DrawnFilm(const std::vector<cv::Mat>& pictures, double rate = frame_rate)
+      : film_{.name = "drawn", .video = temporary("film.avi"), .experiment = "drawn.toml"} {
+    write_film(film_.video, pictures, rate);
+  }
+  ~DrawnFilm() { std::filesystem::remove(film_.video); }
+  DrawnFilm(const DrawnFilm&) = delete;
+  DrawnFilm& operator=(const DrawnFilm&) = delete;
+
+  const datasets::Film& film() const { return film_; }
+
+ private:
+  datasets::Film film_;
+};
+
+// By the tracker that the registry finds for it.
+inline TrackedFilm track(const datasets::TrackingSpec& spec,
+                         const datasets::Film& film,
+                         const TrackingOptions& options = {}) {
+  const datasets::TrackingSpec recorded = as_recorded(spec, film.video);
+  return track_film(*make_tracker(recorded, film), recorded, film, options);
+}
+
+inline TrackedFilm track(const datasets::TrackingSpec& spec, const std::vector<cv::Mat>& pictures) {
+  const DrawnFilm drawn(pictures);
+  return track(spec, drawn.film());
 }
 
 inline bool tells(const TrackingSummary& summary, const std::string& words) {
@@ -41,10 +60,10 @@ inline bool tells(const TrackingSummary& summary, const std::string& words) {
 }
 
 // What the tracker says of a film that it does not take; empty where it takes it.
-inline std::string refusal(const datasets::Experiment& experiment,
+inline std::string refusal(const datasets::TrackingSpec& spec,
                            const std::vector<cv::Mat>& pictures) {
   try {
-    track(experiment, pictures);
+    track(spec, pictures);
   } catch (const datasets::InputError& error) {
     return error.what();
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,6 +15,7 @@
 #include "datasets/input_error.h"
 #include "datasets/table.h"
 #include "tracking/chessboard.h"
+#include "tracking/linked_tracks.h"
 #include "tracking/rods.h"
 #include "tracking/spots.h"
 
@@ -81,22 +83,65 @@ TEST(Spots, AreNotInventedOnAnEmptyGround) {
   EXPECT_TRUE(locate_spots(drawn({}, 0.0), {.diameter_px = 11, .least_mass = 50.0}).empty());
 }
 
-// Two that pass each other, one of them unseen for a while
-TEST(SpotTracks, FollowTheirMotionThroughAGap) {
-  std::vector<std::vector<Spot>> frames(20);
-  for (int frame = 0; frame < 20; ++frame) {
-    auto& spots = frames[static_cast<std::size_t>(frame)];
-    if (frame < 8 || frame > 10) spots.push_back({Eigen::Vector2d(10.0 + 5.0 * frame, 50.0), 1.0});
-    spots.push_back({Eigen::Vector2d(110.0 - 5.0 * frame, 53.0), 1.0});
-  }
-  const auto tracks = link_spots(frames, 12.0, 4);
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+// Two that pass each other, one of them unseen for a while; lengths in pixels
+TEST(TrackLinker, FollowsMotionThroughAGap) {
+  const auto tracks_of = [](int memory) {
+    TrackLinker linker({.reach = 12.0, .lever = 5.0, .memory = memory});
+    for (int frame = 0; frame < 20; ++frame) {
+      std::vector<Sighting> seen = {{.pose = {110.0 - 5.0 * frame, 53.0, nan}}};
+      if (frame < 8 || frame > 10) seen.push_back({.pose = {10.0 + 5.0 * frame, 50.0, nan}});
+      linker.add(seen);
+    }
+    return linker.tracks();
+  };
+  // The first came first in every list
+  const auto tracks = tracks_of(4);
   ASSERT_EQ(tracks.size(), 2U);
-  for (const auto& track : tracks) {
-    const double first = frames[0][static_cast<std::size_t>(track[0])].pixel.x();
-    const double last = frames[19][static_cast<std::size_t>(track[19])].pixel.x();
-    EXPECT_NEAR(last - first, first < 60.0 ? 95.0 : -95.0, 1e-9);
+  for (std::size_t k = 0; k < 20; ++k) {
+    EXPECT_EQ(tracks[0][k], 0) << k;
+    EXPECT_EQ(tracks[1][k], k < 8 || k > 10 ? 1 : -1) << k;
   }
-  EXPECT_EQ(link_spots(frames, 12.0, 1).size(), 3U);  // a gap longer than the memory
+  EXPECT_EQ(tracks_of(1).size(), 3U);  // a gap longer than the memory
+}
+
+// Colour tells apart what place does not, and who turned by too much is another.
+TEST(TrackLinker, KnowsBodiesByColourAndAngle) {
+  const Eigen::Vector3f red(100.0F, 60.0F, -20.0F), green(110.0F, -40.0F, -30.0F);
+  TrackLinker linker({.reach = 12.0, .lever = 20.0});
+  linker.add(
+      {{.pose = {0.0, 0.0, 0.1}, .colour = red}, {.pose = {10.0, 0.0, 1.5}, .colour = green}});
+  linker.add(
+      {{.pose = {2.0, 0.0, 1.5}, .colour = green}, {.pose = {8.0, 0.0, 0.1}, .colour = red}});
+  ASSERT_EQ(linker.tracks().size(), 2U);
+  EXPECT_EQ(linker.tracks()[0], (std::vector{0, 1}));
+  linker.add({{.pose = {16.0, 0.0, 1.5}, .colour = red}});
+  EXPECT_EQ(linker.tracks().size(), 3U);
+}
+
+TEST(TrackLinker, CountsStepsThatCouldBeExchanged) {
+  TrackLinker linker({.reach = 12.0, .lever = 5.0});
+  linker.add({{.pose = {0.0, 0.0, nan}}, {.pose = {8.0, 0.0, nan}}});
+  linker.add({{.pose = {3.5, 3.0, nan}}, {.pose = {4.5, -3.0, nan}}});
+  EXPECT_EQ(linker.doubts(), 1);
+}
+
+// Smooth motion, whatever it is, leaves the scatter.
+TEST(ScatterRatio, TellsErrorsFromMotion) {
+  datasets::Trajectories tracks = datasets::make_trajectories(200, 1, true);
+  std::mt19937 random(5);
+  std::normal_distribution<double> error(0.0, 0.03);
+  for (std::size_t k = 0; k < 200; ++k) {
+    const double t = 0.02 * static_cast<double>(k);
+    tracks.time[k] = t;
+    tracks.poses[k] = {5.0 * t * t + error(random), std::sin(t) + error(random), nan};
+    tracks.sigmas[k] = {0.01, 0.01, nan};
+  }
+  const ScatterRatio ratio = scatter_ratio(tracks);
+  ASSERT_TRUE(ratio.position);
+  EXPECT_NEAR(*ratio.position, 3.0, 0.4);
+  EXPECT_FALSE(ratio.angle);
 }
 
 struct DrawnRod {

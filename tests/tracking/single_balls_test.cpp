@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/tracking/drawn_film.h"
+#include "tracking/ball_tracker.h"
 
 namespace graintruth::tracking {
 namespace {
@@ -67,19 +68,15 @@ std::vector<BodyPose> poses_at(int frame) {
 
 SyntheticScene make_scene(const Look& look) {
   SyntheticScene scene;
-  datasets::Experiment& experiment = scene.experiment;
-  experiment.file = "drawn.toml";
-  experiment.particle =
-      datasets::particle_of({.spheres = {{Eigen::Vector3d::Zero(), radius}}, .mass = 0.0041},
-                            static_cast<int>(poses_at(0).size()));
-  experiment.rig.walls = {{"left", -0.055, -0.05, -0.055, 0.05},
-                          {"right", 0.055, -0.05, 0.055, 0.05}};
-  experiment.rig.front_back_gap = 0.0105;
-  experiment.rig.moving_face = datasets::MovingFace{piston_z, -0.055, 0.055, speed};
-  experiment.camera.frame_rate = frame_rate;
+  datasets::TrackingSpec& spec = scene.spec;
+  spec.body = {"balls", {{0.0, radius}}, {}, static_cast<int>(poses_at(0).size())};
+  spec.rig.walls = {{"left", -0.055, -0.05, -0.055, 0.05}, {"right", 0.055, -0.05, 0.055, 0.05}};
+  spec.rig.pane_gap = 0.0105;
+  spec.rig.face = datasets::MovingFace{piston_z, -0.055, 0.055, speed};
+  spec.camera.frame_rate = frame_rate;
   for (const double x : {-0.066, 0.066})
     for (const double z : {-0.042, -0.014, 0.014, 0.042})
-      experiment.camera.fiducials.push_back({x, z, 0.008});
+      spec.camera.fiducials.push_back({x, z, 0.008});
   const double scale = look.diameter_px / (2.0 * radius);
   // Every film has its camera in another place. A little askew, as all are: a piston that lies
   // along the rows and sinks by two of them a frame would be taken for an interlaced film.
@@ -174,10 +171,9 @@ TEST(SingleBalls, AreFollowedToAFractionOfAPixel) {
   for (const Look& look : looks) {
     SCOPED_TRACE(look.name);
     const SyntheticScene scene = make_scene(look);
-    const auto [tracks, summary] = track(scene.experiment, draw(scene));
+    const auto [tracks, summary] = track(scene.spec, draw(scene));
     const Errors errors = errors_of(scene, by_rows, tracks);
-    const int visible =
-        frames * scene.experiment.particle.count - (covered_last - covered_first + 1);
+    const int visible = frames * *scene.spec.body.count - (covered_last - covered_first + 1);
     EXPECT_EQ(errors.strangers, 0);
     EXPECT_GE(errors.seen, 0.995 * visible);
     EXPECT_LT(errors.position_px, 0.15);
@@ -196,36 +192,38 @@ TEST(SingleBalls, AreFollowedToAFractionOfAPixel) {
 }
 
 TEST(SingleBalls, AreNumberedByTheirStartingPlaces) {
-  datasets::Experiment experiment = make_scene(small).experiment;
+  datasets::TrackingSpec spec = make_scene(small).spec;
   const std::vector<int> wanted = {9, 8, 7, 6, 5, 4, 3, 2, 1, 0};
   for (const int ball : wanted) {
     const BodyPose pose = poses_at(0)[static_cast<std::size_t>(ball)];
-    experiment.starts.push_back({pose.x + 0.001, pose.z});
+    spec.starts.push_back({pose.x + 0.001, pose.z});
   }
-  const TrackedFilm film = track(experiment, short_film());
+  const TrackedFilm film = track(spec, short_film());
   EXPECT_EQ(errors_of(make_scene(small), wanted, film.trajectories).strangers, 0);
   EXPECT_EQ(film.summary.grade, Grade::ok);
 }
 
 TEST(SingleBalls, TellOfAWrongCount) {
-  datasets::Experiment experiment = make_scene(small).experiment;
-  experiment.particle.count = 12;
-  const TrackingSummary more = track(experiment, short_film()).summary;
+  datasets::TrackingSpec spec = make_scene(small).spec;
+  spec.body.count = 12;
+  const TrackingSummary more = track(spec, short_film()).summary;
   EXPECT_EQ(more.grade, Grade::fail);
   EXPECT_TRUE(tells(more, "Frame 0 shows 10 particles but the experiment says 12."));
-  experiment.particle.count = 9;
-  EXPECT_TRUE(tells(track(experiment, short_film()).summary, "more than the 9"));
+  spec.body.count = 9;
+  EXPECT_TRUE(tells(track(spec, short_film()).summary, "more than the 9"));
 }
 
 TEST(SingleBalls, TellOfAWrongSize) {
   for (const double factor : {0.9, 0.95, 1.05, 1.1}) {
     SCOPED_TRACE(factor);
-    datasets::Experiment experiment = make_scene(small).experiment;
-    experiment.particle.spheres[0].radius *= factor;
-    const TrackingSummary summary = track(experiment, short_film()).summary;
+    datasets::TrackingSpec spec = make_scene(small).spec;
+    spec.body.balls[0].radius *= factor;
+    const DrawnFilm drawn(short_film());
+    BallTracker tracker(spec, drawn.film());
+    const TrackingSummary summary = track_film(tracker, spec, drawn.film()).summary;
     EXPECT_TRUE(tells(summary, "The balls look"));
     EXPECT_EQ(summary.completeness, 1.0);
-    EXPECT_NEAR(summary.radius_learned_mm, 1.0e3 * radius, 0.02e3 * radius);
+    EXPECT_NEAR(tracker.learned().radius_mean, radius, 0.02 * radius);
   }
 }
 
@@ -233,13 +231,13 @@ TEST(SingleBalls, AreMissedInAnEmptyFilm) {
   const SyntheticScene scene = make_scene(small);
   std::vector<cv::Mat> empty;
   for (int k = 0; k < 3; ++k) empty.push_back(draw_frame(scene, {}, piston_z, k));
-  EXPECT_NE(refusal(scene.experiment, empty).find("no particle of one ball"), std::string::npos);
+  EXPECT_NE(refusal(scene.spec, empty).find("no particle of one ball"), std::string::npos);
 }
 
 TEST(SingleBalls, RowsOfThreeAreRefusedWithAWayOut) {
-  datasets::Experiment experiment = make_scene(small).experiment;
-  experiment.particle.spheres = {{-0.004, radius}, {0.0, radius}, {0.004, radius}};
-  EXPECT_NE(refusal(experiment, {cv::Mat(64, 64, CV_8UC3, cv::Scalar(9, 9, 9))}).find("imports.md"),
+  datasets::TrackingSpec spec = make_scene(small).spec;
+  spec.body.balls = {{-0.004, radius}, {0.0, radius}, {0.004, radius}};
+  EXPECT_NE(refusal(spec, {cv::Mat(64, 64, CV_8UC3, cv::Scalar(9, 9, 9))}).find("imports.md"),
             std::string::npos);
 }
 

@@ -1,6 +1,4 @@
 // Drawn films with known truth, whole pipeline. Positions are compared with the drawn midpoints.
-#include "tracking/track_video.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,7 +7,6 @@
 #include <thread>
 
 #include "tests/tracking/drawn_film.h"
-#include "tracking/synthetic_video.h"
 
 namespace graintruth::tracking {
 namespace {
@@ -21,18 +18,14 @@ constexpr int frames = 45;
 // Four bodies in a column over a piston, eight dots beside it.
 SyntheticScene make_scene() {
   SyntheticScene scene;
-  datasets::Experiment& experiment = scene.experiment;
-  experiment.file = "drawn.toml";
-  experiment.particle = datasets::particle_of(
-      {.spheres = {{{-0.0139, 0.0, 0.0}, 0.0222}, {{0.0139, 0.0, 0.0}, 0.0222}}, .mass = 0.14}, 4);
-  experiment.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2},
-                          {"right", 0.085, -0.12, 0.085, 0.2}};
-  experiment.rig.moving_face = datasets::MovingFace{-0.03, -0.085, 0.085, speed};
-  experiment.camera.frame_rate = frame_rate;
+  datasets::TrackingSpec& spec = scene.spec;
+  spec.body = {"balls", {{-0.0139, 0.0222}, {0.0139, 0.0222}}, {}, 4};
+  spec.rig.walls = {{"left", -0.085, -0.12, -0.085, 0.2}, {"right", 0.085, -0.12, 0.085, 0.2}};
+  spec.rig.face = datasets::MovingFace{-0.03, -0.085, 0.085, speed};
+  spec.camera.frame_rate = frame_rate;
   for (const double x : {-0.2, 0.2})
-    for (const double z : {-0.1, -0.02, 0.07, 0.15})
-      experiment.camera.fiducials.push_back({x, z, 0.014});
-  experiment.starts = {
+    for (const double z : {-0.1, -0.02, 0.07, 0.15}) spec.camera.fiducials.push_back({x, z, 0.014});
+  spec.starts = {
       {-0.045, -0.0076, 0.02}, {0.043, -0.0074, 3.1}, {-0.03, 0.05, 1.1}, {0.04, 0.055, 2.3}};
   scene.camera = make_camera(448, 336, 0.004, 0.02, 1.5, 950.0, -0.2, 0.01);
   scene.paints = {
@@ -46,8 +39,8 @@ double sunk(int frame) { return speed * std::max(0.0, frame / frame_rate - onset
 std::vector<BodyPose> poses_at(const SyntheticScene& scene, int frame) {
   std::vector<BodyPose> poses;
   const double since = std::max(0.0, frame / frame_rate - onset);
-  for (std::size_t body = 0; body < scene.experiment.starts.size(); ++body) {
-    const auto& start = scene.experiment.starts[body];
+  for (std::size_t body = 0; body < scene.spec.starts.size(); ++body) {
+    const auto& start = scene.spec.starts[body];
     BodyPose pose{start.x + 0.0002, start.z, start.angle};
     pose.z += sunk(frame);
     if (body == 2) pose.angle += 0.3 * since;
@@ -60,8 +53,7 @@ std::vector<BodyPose> poses_at(const SyntheticScene& scene, int frame) {
 std::vector<cv::Mat> draw(const SyntheticScene& scene, int count = frames) {
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < count; ++k)
-    pictures.push_back(draw_frame(
-        scene, poses_at(scene, k), scene.experiment.rig.moving_face->face_z + sunk(k), k));
+    pictures.push_back(draw_frame(scene, poses_at(scene, k), scene.spec.rig.face->face_z + sunk(k), k));
   return pictures;
 }
 
@@ -101,9 +93,9 @@ Errors errors_of(const SyntheticScene& scene, const datasets::Trajectories& trac
   return errors;
 }
 
-TEST(TrackVideo, FindsEveryBodyToAFractionOfAPixel) {
+TEST(BallPairs, FindsEveryBodyToAFractionOfAPixel) {
   const SyntheticScene scene = make_scene();
-  const auto [tracks, summary] = track(scene.experiment, film());
+  const auto [tracks, summary] = track(scene.spec, film());
   EXPECT_EQ(summary.frames_read, frames);
   EXPECT_EQ(summary.completeness, 1.0);
   const Errors errors = errors_of(scene, tracks);
@@ -122,18 +114,15 @@ TEST(TrackVideo, FindsEveryBodyToAFractionOfAPixel) {
   }
 }
 
-TEST(TrackVideo, GivesTheSameBitsEveryTimeAndBesideOthers) {
+TEST(BallPairs, GivesTheSameBitsEveryTimeAndBesideOthers) {
   const SyntheticScene scene = make_scene();
-  const std::filesystem::path file = temporary("film.avi");
-  write_film(file, film(), frame_rate);
-  const datasets::Replicate replicate{"drawn", file, {}};
-  const TrackedFilm alone = track_video(scene.experiment, replicate);
+  const DrawnFilm drawn(film());
+  const TrackedFilm alone = track(scene.spec, drawn.film());
   TrackedFilm one, two;
-  std::thread first([&] { one = track_video(scene.experiment, replicate); });
-  std::thread second([&] { two = track_video(scene.experiment, replicate); });
+  std::thread first([&] { one = track(scene.spec, drawn.film()); });
+  std::thread second([&] { two = track(scene.spec, drawn.film()); });
   first.join();
   second.join();
-  std::filesystem::remove(file);
   for (const TrackedFilm* other : {&one, &two}) {
     ASSERT_EQ(other->trajectories.poses.size(), alone.trajectories.poses.size());
     for (std::size_t i = 0; i < alone.trajectories.poses.size(); ++i) {
@@ -144,25 +133,25 @@ TEST(TrackVideo, GivesTheSameBitsEveryTimeAndBesideOthers) {
   }
 }
 
-TEST(TrackVideo, DoesNotCareAboutBrightness) {
+TEST(BallPairs, DoesNotCareAboutBrightness) {
   for (const double light : {0.8, 1.2}) {
     SyntheticScene scene = make_scene();
     scene.light = light;
-    const auto [tracks, summary] = track(scene.experiment, draw(scene));
+    const auto [tracks, summary] = track(scene.spec, draw(scene));
     const Errors errors = errors_of(scene, tracks);
     EXPECT_EQ(summary.completeness, 1.0) << light;
     EXPECT_LT(errors.position_px, 0.17) << light;
   }
 }
 
-TEST(TrackVideo, FollowsAShiftOfHalfAPixel) {
+TEST(BallPairs, FollowsAShiftOfHalfAPixel) {
   SyntheticScene scene = make_scene();
   scene.camera = make_camera(448, 336, 0.004 + 0.5 / 950.0, 0.02, 1.5, 950.0, -0.2, 0.01);
-  const auto [tracks, summary] = track(scene.experiment, draw(scene));
+  const auto [tracks, summary] = track(scene.spec, draw(scene));
   EXPECT_LT(errors_of(scene, tracks).position_px, 0.17);
 }
 
-TEST(TrackVideo, SeesAMirroredFilmMirrored) {
+TEST(BallPairs, SeesAMirroredFilmMirrored) {
   SyntheticScene scene = make_scene();
   std::vector<cv::Mat> mirrored;
   for (const cv::Mat& picture : film()) {
@@ -172,92 +161,90 @@ TEST(TrackVideo, SeesAMirroredFilmMirrored) {
         turned.at<cv::Vec3b>(row, column) = picture.at<cv::Vec3b>(row, picture.cols - 1 - column);
     mirrored.push_back(turned);
   }
-  datasets::Experiment experiment = scene.experiment;
-  for (auto& start : experiment.starts) {
+  datasets::TrackingSpec spec = scene.spec;
+  for (auto& start : spec.starts) {
     start.x = -start.x;
     start.angle = std::numbers::pi - start.angle;
   }
-  const auto [straight, first] = track(scene.experiment, film());
-  const auto [reversed, second] = track(experiment, mirrored);
+  const auto [straight, first] = track(scene.spec, film());
+  const auto [reversed, second] = track(spec, mirrored);
   for (std::size_t i = 0; i < straight.poses.size(); ++i) {
     EXPECT_NEAR(straight.poses[i].x, -reversed.poses[i].x, 0.2e-3);
     EXPECT_NEAR(straight.poses[i].z, reversed.poses[i].z, 0.2e-3);
   }
 }
 
-TEST(TrackVideo, RefusesAFilmWithoutParticles) {
+TEST(BallPairs, RefusesAFilmWithoutParticles) {
   SyntheticScene scene = make_scene();
   std::vector<cv::Mat> empty;
   for (int k = 0; k < 10; ++k) empty.push_back(draw_frame(scene, {}, -0.03, k));
-  EXPECT_NE(refusal(scene.experiment, empty).find("no particle"), std::string::npos);
+  EXPECT_NE(refusal(scene.spec, empty).find("no particle"), std::string::npos);
 }
 
-TEST(TrackVideo, RefusesAFilmWithoutFiducials) {
+TEST(BallPairs, RefusesAFilmWithoutFiducials) {
   const SyntheticScene scene = make_scene();
   const std::vector<cv::Mat> grey(5, cv::Mat(336, 448, CV_8UC3, cv::Scalar(90, 90, 90)));
-  EXPECT_NE(refusal(scene.experiment, grey).find("fiducials"), std::string::npos);
+  EXPECT_NE(refusal(scene.spec, grey).find("fiducials"), std::string::npos);
 }
 
-TEST(TrackVideo, RefusesThreeFiducials) {
+TEST(BallPairs, RefusesThreeFiducials) {
   SyntheticScene scene = make_scene();
-  scene.experiment.camera.fiducials.resize(3);
-  EXPECT_NE(refusal(scene.experiment, film()).find("4"), std::string::npos);
+  scene.spec.camera.fiducials.resize(3);
+  EXPECT_NE(refusal(scene.spec, film()).find("4"), std::string::npos);
 }
 
-TEST(TrackVideo, TellsOfAWrongCount) {
-  datasets::Experiment experiment = make_scene().experiment;
-  experiment.starts.clear();
-  experiment.particle.count = 6;
-  const TrackingSummary more = track(experiment, film()).summary;
+TEST(BallPairs, TellsOfAWrongCount) {
+  datasets::TrackingSpec spec = make_scene().spec;
+  spec.starts.clear();
+  spec.body.count = 6;
+  const TrackingSummary more = track(spec, film()).summary;
   EXPECT_EQ(more.grade, Grade::fail);
   EXPECT_TRUE(tells(more, "4 particles"));
-  experiment.particle.count = 3;
-  EXPECT_TRUE(tells(track(experiment, film()).summary, "more than the 3"));
+  spec.body.count = 3;
+  EXPECT_TRUE(tells(track(spec, film()).summary, "more than the 3"));
 }
 
-TEST(TrackVideo, TellsOfAWrongSize) {
+TEST(BallPairs, TellsOfAWrongSize) {
   for (const double factor : {0.92, 0.95, 1.05, 1.08}) {
-    datasets::Experiment experiment = make_scene().experiment;
-    for (auto& sphere : experiment.particle.spheres) {
+    datasets::TrackingSpec spec = make_scene().spec;
+    for (auto& sphere : spec.body.balls) {
       sphere.radius *= factor;
       sphere.offset *= factor;
     }
-    const TrackingSummary summary = track(experiment, film()).summary;
+    const TrackingSummary summary = track(spec, film()).summary;
     EXPECT_TRUE(tells(summary, "radius")) << factor;
     EXPECT_EQ(summary.completeness, 1.0) << factor;
   }
 }
 
-TEST(TrackVideo, TellsWhenTheNotedEventIsAnother) {
-  datasets::Experiment experiment = make_scene().experiment;
-  experiment.camera.noted_event_time = 0.24;
-  EXPECT_FALSE(tells(track(experiment, film()).summary, "noted"));
-  experiment.camera.noted_event_time = 0.5;
-  EXPECT_TRUE(tells(track(experiment, film()).summary, "noted"));
+TEST(BallPairs, TellsWhenTheNotedEventIsAnother) {
+  datasets::TrackingSpec spec = make_scene().spec;
+  spec.camera.noted_event_time = 0.24;
+  EXPECT_FALSE(tells(track(spec, film()).summary, "noted"));
+  spec.camera.noted_event_time = 0.5;
+  EXPECT_TRUE(tells(track(spec, film()).summary, "noted"));
 }
 
-TEST(TrackVideo, RefusesAFilmThatShowsNoStart) {
+TEST(BallPairs, RefusesAFilmThatShowsNoStart) {
   const SyntheticScene scene = make_scene();
-  EXPECT_NE(refusal(scene.experiment, std::vector<cv::Mat>(film().begin(), film().begin() + 10))
+  EXPECT_NE(refusal(scene.spec, std::vector<cv::Mat>(film().begin(), film().begin() + 10))
                 .find("start of motion"),
             std::string::npos);
 }
 
-TEST(TrackVideo, DrawsWhatItFound) {
+TEST(BallPairs, DrawsWhatItFound) {
   const SyntheticScene scene = make_scene();
-  const std::filesystem::path file = temporary("film.avi");
-  write_film(file, film(), frame_rate);
+  const DrawnFilm drawn(film());
   TrackingOptions options;
   options.overlay_file = temporary("overlay.mp4");
   options.annotated_first = temporary("first.jpg");
   options.annotated_last = temporary("last.jpg");
-  track_video(scene.experiment, {"drawn", file, {}}, options);
+  track(scene.spec, drawn.film(), options);
   for (const auto& product :
        {options.overlay_file, options.annotated_first, options.annotated_last}) {
     EXPECT_TRUE(std::filesystem::exists(product)) << product;
     std::filesystem::remove(product);
   }
-  std::filesystem::remove(file);
 }
 
 }  // namespace

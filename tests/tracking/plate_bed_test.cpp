@@ -1,6 +1,4 @@
 // Drawn films of plates running out of a bin, with other sizes and colours than the bundled ones.
-#include "tracking/track_bed.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,32 +7,36 @@
 
 #include "datasets/input_error.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/tracking/drawn_film.h"
+#include "tracking/bed_tracker.h"
 #include "tracking/corrections.h"
 #include "tracking/plate.h"
-#include "tracking/recording.h"
-#include "tracking/synthetic_video.h"
 
 namespace graintruth::tracking {
 namespace {
 
-constexpr double frame_rate = 120.0;  // Hz
-constexpr double opening = 0.05;      // s of film
+constexpr double bed_rate = 120.0;  // Hz
+constexpr double opening = 0.05;    // s of film
 constexpr int frames = 22;
 constexpr double degree = std::numbers::pi / 180.0;
+
+datasets::SeenBody plates(double semi_major, double semi_minor) {
+  return {"plate",
+          {},
+          {{"semi_major", semi_major}, {"semi_minor", semi_minor}, {"thickness", 0.002}},
+          30};
+}
 
 // Larger and longer than the bundled buttons, and dark on a light ground.
 SyntheticBed make_bed() {
   SyntheticBed bed;
-  datasets::Experiment& experiment = bed.scene.experiment;
-  experiment.file = "drawn.toml";
-  experiment.particle.count = 30;
-  experiment.particle.plate = datasets::EllipticalPlate{0.010, 0.0065, 0.002};
-  experiment.rig.bed = {-0.07, 0.07, 0.12};
-  experiment.rig.opening = {-0.03, 0.03, 0.0};
-  experiment.camera.frame_rate = frame_rate;
+  datasets::TrackingSpec& spec = bed.scene.spec;
+  spec.body = plates(0.010, 0.0065);
+  spec.rig.box = datasets::OpenBox{0.14, 0.12, 0.06};
+  spec.camera.frame_rate = bed_rate;
   for (const double x : {-0.095, 0.095})
     for (const double z : {-0.02, 0.03, 0.08, 0.115})
-      experiment.camera.fiducials.push_back({x, z, 0.008});
+      spec.camera.fiducials.push_back({x, z, 0.008});
   bed.scene.camera = make_camera(440, 400, 0.0, 0.045, 1.1, 2000.0, -0.1, 0.01);
   bed.scene.paints = {{0.30F, 0.22F, 0.20F}, {0.18F, 0.30F, 0.22F}, {0.15F, 0.18F, 0.35F}};
   bed.ground = {0.8F, 0.8F, 0.78F};
@@ -79,7 +81,7 @@ std::vector<cv::Mat> draw_film(int from = 0, int count = frames) {
   const SyntheticBed bed = make_bed();
   std::vector<cv::Mat> film;
   for (int k = from; k < from + count; ++k)
-    film.push_back(draw_bed(bed, poses_at(k / frame_rate), k / frame_rate > opening, k));
+    film.push_back(draw_bed(bed, poses_at(k / bed_rate), k / bed_rate > opening, k));
   return film;
 }
 
@@ -88,19 +90,21 @@ const std::vector<cv::Mat>& film() {
   return drawn;
 }
 
-TrackedBed track(const datasets::Experiment& experiment,
-                 const std::vector<cv::Mat>& pictures,
-                 double rate = frame_rate) {
-  const tests::TemporaryFolder folder;
-  const datasets::Replicate replicate{"drawn", folder.path() / "film.avi", {}};
-  write_film(replicate.video, pictures, rate);
-  return track_bed(as_recorded(experiment, replicate), replicate);
-}
+struct TrackedBed {
+  datasets::Trajectories trajectories;
+  StagnantBed stagnant;
+  TrackingSummary summary;
+  BedSummary bed;
+};
 
-bool tells(const TrackingSummary& summary, const std::string& part) {
-  for (const std::string& sentence : summary.warnings)
-    if (sentence.find(part) != std::string::npos) return true;
-  return false;
+TrackedBed track(const datasets::TrackingSpec& spec,
+                 const std::vector<cv::Mat>& pictures,
+                 double rate = bed_rate) {
+  const DrawnFilm drawn(pictures, rate);
+  const datasets::TrackingSpec recorded = as_recorded(spec, drawn.film().video);
+  BedTracker tracker(recorded, drawn.film());
+  TrackedFilm film = track_film(tracker, recorded, drawn.film());
+  return {std::move(film.trajectories), tracker.stagnant(), film.summary, tracker.bed()};
 }
 
 struct Errors {
@@ -154,14 +158,14 @@ TEST(TouchingScale, OfPlatesInLineIsTheirDistanceOverTheirAxes) {
   EXPECT_NEAR(touching_scale({0, 0, std::numbers::pi / 2}, {0.016, 0, 0}, shape), 1.0, 1e-6);
 }
 
-TEST(TrackBed, FollowsEveryPlateOfADrawnDischarge) {
-  const TrackedBed tracked = track(make_bed().scene.experiment, film());
+TEST(PlateBed, FollowsEveryPlateOfADrawnDischarge) {
+  const TrackedBed tracked = track(make_bed().scene.spec, film());
   EXPECT_EQ(tracked.bed.found_first, 30);
   EXPECT_EQ(tracked.bed.unaccounted, 0);
   EXPECT_EQ(tracked.bed.discharged + tracked.bed.remaining, 30);
   // Two columns of five fall; how many are through at the end is plain kinematics
   int through = 0;
-  for (const datasets::Pose& pose : poses_at((frames - 1) / frame_rate)) through += pose.z < 0.0;
+  for (const datasets::Pose& pose : poses_at((frames - 1) / bed_rate)) through += pose.z < 0.0;
   EXPECT_EQ(tracked.bed.discharged, through);
   const Errors errors = errors_of(tracked);
   EXPECT_EQ(errors.strangers, 0);
@@ -170,19 +174,19 @@ TEST(TrackBed, FollowsEveryPlateOfADrawnDischarge) {
   EXPECT_GT(errors.normalised, 0.5);
   EXPECT_LT(errors.normalised, 1.6);
   // A fifth of a frame is what sets the opening apart from noise in the first drops
-  EXPECT_NEAR(tracked.summary.event_time_s, opening, 0.5 / frame_rate);
+  EXPECT_NEAR(tracked.summary.event_time_s, opening, 0.5 / bed_rate);
   for (const std::string& sentence : tracked.summary.warnings) ADD_FAILURE() << sentence;
 }
 
 // Without marks they show no angle, and none is made up.
-TEST(TrackBed, FollowsDiscs) {
+TEST(PlateBed, FollowsDiscs) {
   SyntheticBed bed = make_bed();
-  bed.scene.experiment.particle.plate = datasets::EllipticalPlate{0.0078, 0.0078, 0.002};
+  bed.scene.spec.body = plates(0.0078, 0.0078);
   bed.holes = false;
   std::vector<cv::Mat> film;
   for (int k = 0; k < frames; ++k)
-    film.push_back(draw_bed(bed, poses_at(k / frame_rate), k / frame_rate > opening, k));
-  const TrackedBed tracked = track(bed.scene.experiment, film);
+    film.push_back(draw_bed(bed, poses_at(k / bed_rate), k / bed_rate > opening, k));
+  const TrackedBed tracked = track(bed.scene.spec, film);
   EXPECT_EQ(tracked.bed.found_first, 30);
   EXPECT_EQ(tracked.bed.unaccounted, 0);
   const Errors errors = errors_of(tracked);
@@ -195,36 +199,36 @@ TEST(TrackBed, FollowsDiscs) {
   for (const std::string& sentence : tracked.summary.warnings) ADD_FAILURE() << sentence;
 }
 
-TEST(TrackBed, TellsOfAWrongCount) {
-  datasets::Experiment experiment = make_bed().scene.experiment;
-  experiment.particle.count = 32;
-  const TrackingSummary summary = track(experiment, film()).summary;
+TEST(PlateBed, TellsOfAWrongCount) {
+  datasets::TrackingSpec spec = make_bed().scene.spec;
+  spec.body.count = 32;
+  const TrackingSummary summary = track(spec, film()).summary;
   EXPECT_EQ(summary.grade, Grade::fail);
   EXPECT_TRUE(tells(summary, "shows 30 particles but the experiment says 32"));
 }
 
-TEST(TrackBed, TellsOfAWrongSize) {
+TEST(PlateBed, TellsOfAWrongSize) {
   for (const double factor : {0.9, 1.06}) {
-    datasets::Experiment experiment = make_bed().scene.experiment;
-    experiment.particle.plate->semi_major *= factor;
-    experiment.particle.plate->semi_minor *= factor;
-    EXPECT_TRUE(tells(track(experiment, film()).summary, "check the particle's size")) << factor;
+    datasets::TrackingSpec spec = make_bed().scene.spec;
+    spec.body.lengths["semi_major"] *= factor;
+    spec.body.lengths["semi_minor"] *= factor;
+    EXPECT_TRUE(tells(track(spec, film()).summary, "check the particle's size")) << factor;
   }
 }
 
-TEST(TrackBed, TellsOfAFilmThatStartsAfterTheOpening) {
+TEST(PlateBed, TellsOfAFilmThatStartsAfterTheOpening) {
   const auto late = draw_film(10, 12);
-  const TrackingSummary summary = track(make_bed().scene.experiment, late).summary;
+  const TrackingSummary summary = track(make_bed().scene.spec, late).summary;
   EXPECT_EQ(summary.grade, Grade::fail);
   EXPECT_TRUE(tells(summary, "starts after the orifice has opened"));
 }
 
-TEST(TrackBed, RefusesAFilmWithoutPlates) {
+TEST(PlateBed, RefusesAFilmWithoutPlates) {
   const SyntheticBed bed = make_bed();
   std::vector<cv::Mat> empty;
   for (int k = 0; k < 8; ++k) empty.push_back(draw_bed(bed, {}, k > 4, k));
   try {
-    track(bed.scene.experiment, empty);
+    track(bed.scene.spec, empty);
     FAIL() << "was tracked";
   } catch (const datasets::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("nothing leaves the bin"), std::string::npos)
@@ -256,7 +260,7 @@ TEST(Corrections, AreReplayedInOrder) {
   EXPECT_THROW(apply_corrections(wrong, 1.0e-3, tracks), datasets::InputError);
 }
 
-TEST(TrackBed, TakesInterlacedFramesApart) {
+TEST(PlateBed, TakesInterlacedFramesApart) {
   std::vector<cv::Mat> woven;
   for (int k = 0; k + 1 < frames; k += 2) {
     cv::Mat frame = film()[static_cast<std::size_t>(k)].clone();
@@ -264,9 +268,9 @@ TEST(TrackBed, TakesInterlacedFramesApart) {
     for (int row = 1; row < frame.rows; row += 2) later.row(row).copyTo(frame.row(row));
     woven.push_back(frame);
   }
-  datasets::Experiment experiment = make_bed().scene.experiment;
-  experiment.camera.frame_rate = 0.5 * frame_rate;
-  const TrackedBed tracked = track(experiment, woven, 0.5 * frame_rate);
+  datasets::TrackingSpec spec = make_bed().scene.spec;
+  spec.camera.frame_rate = 0.5 * bed_rate;
+  const TrackedBed tracked = track(spec, woven, 0.5 * bed_rate);
   EXPECT_EQ(tracked.bed.scan, "even rows first");
   EXPECT_EQ(tracked.trajectories.frames(), static_cast<std::size_t>(frames));
   const Errors errors = errors_of(tracked);
@@ -277,7 +281,7 @@ TEST(TrackBed, TakesInterlacedFramesApart) {
 
 // Plates that fall by more than their pitch between frames and then stop at once look as if each
 // had become the next one below. They share one colour, which cannot tell them apart.
-TEST(TrackBed, TellsPlatesApartThatStopWithinTheirPitch) {
+TEST(PlateBed, TellsPlatesApartThatStopWithinTheirPitch) {
   SyntheticBed bed = make_bed();
   bed.scene.paints = {bed.scene.paints[0]};
   constexpr int coarse_frames = 11;
@@ -291,9 +295,9 @@ TEST(TrackBed, TellsPlatesApartThatStopWithinTheirPitch) {
   };
   ASSERT_GT(step(7) + 9.81 / (coarse_rate * coarse_rate), 0.0165);  // next: more than the pitch
   ASSERT_EQ(step(8), 0.0);
-  datasets::Experiment experiment = bed.scene.experiment;
-  experiment.camera.frame_rate = coarse_rate;
-  const TrackedBed tracked = track(experiment, pictures, coarse_rate);
+  datasets::TrackingSpec spec = bed.scene.spec;
+  spec.camera.frame_rate = coarse_rate;
+  const TrackedBed tracked = track(spec, pictures, coarse_rate);
   EXPECT_EQ(tracked.bed.found_first, 30);
   EXPECT_EQ(tracked.bed.unaccounted, 0);
   const Errors errors = errors_of(tracked, caught_at);
@@ -306,7 +310,7 @@ TEST(TrackBed, TellsPlatesApartThatStopWithinTheirPitch) {
 }
 
 // The same discharge with the shutter open all the time, at a quarter of the rate.
-TEST(TrackBed, MapsWhatStandsStillWherePlatesAreSmeared) {
+TEST(PlateBed, MapsWhatStandsStillWherePlatesAreSmeared) {
   constexpr int exposures = 8, smeared_frames = 8;
   constexpr double slow_rate = 30.0, rest = 0.1;  // Hz; s of film before the opening
   const SyntheticBed bed = make_bed();
@@ -321,12 +325,12 @@ TEST(TrackBed, MapsWhatStandsStillWherePlatesAreSmeared) {
     }
     sum.convertTo(pictures.emplace_back(), CV_8UC3);
   }
-  datasets::Experiment experiment = bed.scene.experiment;
-  experiment.camera.frame_rate = slow_rate;
-  const TrackedBed tracked = track(experiment, pictures, slow_rate);
+  datasets::TrackingSpec spec = bed.scene.spec;
+  spec.camera.frame_rate = slow_rate;
+  const TrackedBed tracked = track(spec, pictures, slow_rate);
   ASSERT_EQ(tracked.stagnant.maps.size(), static_cast<std::size_t>(smeared_frames));
   EXPECT_TRUE(tells(tracked.summary, "smeared"));
-  const datasets::EllipticalPlate& plate = *experiment.particle.plate;
+  const PlateShape plate = plate_shape(spec.body);
   const double diameter = 2.0 * std::sqrt(plate.semi_major * plate.semi_minor);
   // Four columns of five rows stand, two fall: in each frame and column beside the orifice the top
   // of the uppermost plate
