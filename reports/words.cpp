@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "datasets/parameters/parameter.h"
+
 namespace graintruth::reports {
 
 namespace {
@@ -71,20 +73,20 @@ int decimals_of_interval(double lower, double upper) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 6);
 }
 
+std::string spaced(std::string_view name) {
+  std::string words(name);
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
 std::string parameter_name(std::string_view key) {
-  if (key == "friction_particle_particle") return "Friction, particle to particle";
-  if (key == "friction_particle_wall") return "Friction, particle to wall";
-  if (key == "restitution") return "Restitution";
-  std::string name(key);
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
+  const auto parameter = datasets::find_parameter(key);
+  return parameter ? parameter->title() : spaced(key);
 }
 
 std::string parameter_phrase(std::string_view key) {
-  if (key == "friction_particle_particle") return "friction between particles";
-  if (key == "friction_particle_wall") return "friction between particles and walls";
-  if (key == "restitution") return "restitution";
-  return parameter_name(key);
+  const auto parameter = datasets::find_parameter(key);
+  return parameter ? parameter->phrase() : spaced(key);
 }
 
 std::string ordinal(int number) {

@@ -22,10 +22,11 @@ std::string seconds(double value);  // "0.8 s", "4 min 10 s", "2 h 5 min"
 // Decimals that show two digits of an interval's half-width; 3 where there is no interval.
 int decimals_of_interval(double lower, double upper);
 
-// "friction_particle_particle" -> "Friction, particle to particle"; other names lose their
-// underscores.
+// Underscores become spaces.
+std::string spaced(std::string_view name);
+// The registry's title: "Friction, particle to particle"; a name that it does not know is spaced().
 std::string parameter_name(std::string_view key);
-// The same inside a sentence: "friction between particles".
+// The registry's phrase for the middle of a sentence: "friction between particles".
 std::string parameter_phrase(std::string_view key);
 // 6 -> "sixth"; "13th" from the thirteenth on.
 std::string ordinal(int number);

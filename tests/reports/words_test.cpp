@@ -35,6 +35,14 @@ TEST(Ordinal, IsAWordThenANumber) {
   EXPECT_EQ(ordinal(22), "22nd");
   EXPECT_EQ(ordinal(111), "111th");
 }
+TEST(ParameterName, IsThatOfTheRegistry) {
+  EXPECT_EQ(parameter_name("friction_particle_particle"), "Friction, particle to particle");
+  EXPECT_EQ(parameter_phrase("friction_particle_wall"), "friction between particles and walls");
+  EXPECT_EQ(parameter_name("friction_particle_column_left"), "Friction, particle to column left");
+  EXPECT_EQ(parameter_phrase("friction_particle_column_left"),
+            "friction between particles and the wall column left");
+  EXPECT_EQ(parameter_name("hardness_of_rain"), "hardness of rain");
+}
 TEST(Joined, PutsAnAndBeforeTheLast) {
   EXPECT_EQ(joined({"a"}), "a");
   EXPECT_EQ(joined({"a", "b", "c"}), "a, b and c");
