@@ -63,7 +63,6 @@ constexpr Part parts[] = {
     {"agreement", "Agreement", agreement_section, true, Part::Of::tracks},
     {"tracks", "Tracks", tracks_section, true, Part::Of::tracks},
     {"search", "Search", search_section, false},
-    {"rms", "RMS distance against friction", rms_section, true, Part::Of::tracks},
     {"time-step", "Time step", time_step_section},
     {"films", "Films and tracking", films_section, false, Part::Of::one},
     {"method", "Method and definitions", method_section, false},

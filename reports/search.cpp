@@ -1,10 +1,8 @@
 // How the values were found: the evaluations in their order and in the plane of the two frictions,
-// what the interval rests on, and the root-mean-square distance at fixed frictions, as the thesis
-// chose its own.
+// and what the interval rests on.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -233,20 +231,6 @@ Figure profile_figure(const datasets::Table& table) {
           .choices = {choice}};
 }
 
-// Section 4.2.2 of the thesis: root-mean-square numbers of its own normalisation, mm.
-struct ThesisRms {
-  double friction;
-  double printed_mm;
-  int place;
-};
-constexpr ThesisRms thesis_rms[] = {{0.0, 1052, 4}, {0.1, 532, 1}, {0.2, 951, 3}, {0.35, 731, 2}};
-
-const ThesisRms* thesis_value(double friction) {
-  for (const ThesisRms& row : thesis_rms)
-    if (std::abs(row.friction - friction) < 1e-9) return &row;
-  return nullptr;
-}
-
 // What the form of the objective that was not searched by would have chosen.
 void add_other_objective(const RunData& data, Section& section) {
   const Json& forms = at(data.result, {"objective", "by_form"});
@@ -328,88 +312,6 @@ Section search_section(const RunData& data, Section section) {
   } else {
     section.add_absence("No profiles (tables/profile.csv) were recorded in this run.");
   }
-  return section;
-}
-
-Section rms_section(const RunData& data, Section section) {
-  const auto table = data.table("rms_friction");
-  if (!table) {
-    section.add_absence(
-        "The distance at fixed frictions (tables/rms_friction.csv) was not computed in this run.");
-    return section;
-  }
-  section.add_paragraph(
-      "The thesis chose its friction this way: one value for particles and walls alike, four of "
-      "them tried, the "
-      "smallest root-mean-square distance kept. It printed 532 mm at 0.1, then 731 at 0.35, 951 at "
-      "0.2 and 1052 at 0. "
-      "Its sums are normalised otherwise than ours, so only the order can be compared.");
-  const auto friction = column(*table, "friction");
-  auto rms = column(*table, "rms_position_m");
-  auto spread = column(*table, "spread_m");
-  const auto agreement = column(*table, "agreement_percent");
-  for (double& value : rms) value *= 1000.0;
-  for (double& value : spread) value *= 1000.0;
-
-  TableView view("RMS distance of the simulated from the filmed centres at fixed frictions",
-                 {{"Friction", Align::left},
-                  {"RMS distance (mm)"},
-                  {"Spread over seeds (mm)"},
-                  {"Agreement (Student)"},
-                  {"Place here"},
-                  {"Place in the thesis"},
-                  {"Thesis, its own sum (mm)"}});
-  for (std::size_t i = 0; i < friction.size(); ++i) {
-    const auto better =
-        std::count_if(rms.begin(), rms.end(), [&](double other) { return other < rms[i]; });
-    const ThesisRms* printed = thesis_value(friction[i]);
-    view.add_row({decimal(friction[i], 2),
-                  decimal(rms[i], 1),
-                  decimal(spread[i], 1),
-                  percent(agreement[i]),
-                  std::isfinite(rms[i]) ? std::to_string(better + 1) : std::string(nothing),
-                  printed != nullptr ? std::to_string(printed->place) : std::string(nothing),
-                  printed != nullptr ? decimal(printed->printed_mm, 0) : std::string(nothing)});
-  }
-  section.add_table(view);
-
-  FigureChoice choice;
-  Json ours = points(friction, rms, "this run", "var(--measured-strong)", "circle", 9.0);
-  ours["mode"] = "lines+markers";
-  ours["line"] = {{"color", "var(--measured-strong)"}, {"width", 1.5}};
-  ours["error_y"] = {{"type", "data"}, {"array", plot_numbers(spread)}, {"thickness", 1.5}};
-  choice.traces.push_back(ours);
-  Json shapes = Json::array();
-  Json notes = Json::array();
-  for (const ThesisRms& row : thesis_rms) {
-    shapes.push_back({{"type", "line"},
-                      {"x0", row.friction},
-                      {"x1", row.friction},
-                      {"yref", "paper"},
-                      {"y0", 0},
-                      {"y1", 1},
-                      {"layer", "below"},
-                      {"line", {{"color", "var(--faint)"}, {"width", 1}, {"dash", "dot"}}}});
-    notes.push_back({{"x", row.friction},
-                     {"yref", "paper"},
-                     {"y", 1.0},
-                     {"yanchor", "bottom"},
-                     {"showarrow", false},
-                     {"text", fmt::format("thesis<br>{}", ordinal(row.place))}});
-  }
-  section.add_figure(
-      {.id = "rms-friction",
-       .caption =
-           "RMS distance with its spread over seeds; the dotted lines mark the four frictions that "
-           "the thesis tried and the places in which they came.",
-       .height = 380,
-       .layout = {{"xaxis", axis("Friction, the same for particles and walls")},
-                  {"yaxis", axis("RMS distance (mm)", {{"rangemode", "tozero"}})},
-                  {"shapes", shapes},
-                  {"annotations", notes},
-                  {"showlegend", false}},
-       .menu = "",
-       .choices = {choice}});
   return section;
 }
 

@@ -21,7 +21,6 @@ Section side_by_side_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);
 Section search_section(const RunData& data, Section section);
-Section rms_section(const RunData& data, Section section);
 Section time_step_section(const RunData& data, Section section);
 Section films_section(const RunData& data, Section section);
 Section provenance_section(const RunData& data, Section section);

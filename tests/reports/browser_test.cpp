@@ -83,7 +83,7 @@ TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
   write_report(folder_);
   const Visit seen = visit(folder_.report(), root_ / "browser");
   const int figures = figures_drawn(seen);
-  EXPECT_EQ(figures, 11);
+  EXPECT_EQ(figures, 10);
   EXPECT_NE(seen.document.find("data-figures-failed=\"0\""), std::string::npos);
   EXPECT_GE(count_of(seen.document, "class=\"main-svg\""), figures);
 }

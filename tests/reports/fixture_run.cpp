@@ -323,13 +323,6 @@ void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
   }
   datasets::write_csv(folder.table("evaluations"), evaluations);
 
-  Table rms({"friction", "rms_position_m", "spread_m", "agreement_percent"});
-  rms.add({"0", "0.0213", "0.0009", "31.2"});
-  rms.add({"0.1", "0.0081", "0.0006", "73.4"});
-  rms.add({"0.2", "0.0102", "0.0007", "66.1"});
-  rms.add({"0.35", "0.0178", "0.0011", "40.8"});
-  datasets::write_csv(folder.table("rms_friction"), rms);
-
   Table profile({"parameter", "value", "objective", "excess", "allowed_excess", "compatible"});
   for (const auto& [name, centre] :
        {std::pair{"friction_particle_particle", 0.1234}, {"friction_particle_wall", 0.1712}}) {
@@ -467,7 +460,7 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
 
 datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
   const datasets::RunFolder folder = write_fixture_run(root);
-  for (const char* name : {"agreement", "ranks", "bands", "rms_friction"})
+  for (const char* name : {"agreement", "ranks", "bands"})
     std::filesystem::remove(folder.table(name));
   write_flow(folder);
   return folder;
@@ -475,7 +468,7 @@ datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
 
 datasets::RunFolder write_fixture_joint_run(const std::filesystem::path& root) {
   const datasets::RunFolder folder = write_fixture_run(root);
-  for (const char* name : {"agreement", "ranks", "bands", "rms_friction"})
+  for (const char* name : {"agreement", "ranks", "bands"})
     std::filesystem::remove(folder.table(name));
   for (const auto& file : {folder.measured(), folder.tracking()}) std::filesystem::remove(file);
   Json json = result();
