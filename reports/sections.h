@@ -7,6 +7,8 @@
 namespace graintruth::reports {
 
 Json verdict_view(const RunData& data);  // verdict.mustache: what came out, and how to read it
+// Whether the run left tracks to show.
+bool has_tracks(const RunData& data);
 // What the flow section shows, in sentences; empty where no flow was compared.
 std::vector<std::string> flow_sentences(const RunData& data);
 // What the experiments section shows; empty unless several were calibrated together.
@@ -16,8 +18,8 @@ std::vector<std::string> experiment_sentences(const RunData& data);
 // needs cannot be understood.
 Section parameters_section(const RunData& data, Section section);
 Section experiments_section(const RunData& data, Section section);
-Section flow_section(const RunData& data, Section section);
 Section side_by_side_section(const RunData& data, Section section);
+Section flow_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);
 Section search_section(const RunData& data, Section section);
