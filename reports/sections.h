@@ -7,9 +7,13 @@
 namespace graintruth::reports {
 
 Json verdict_view(const RunData& data);  // verdict.mustache: what came out, and how to read it
-// Whether the run left tracks to show.
+// Whether the run left what these sections show.
+bool has_comparisons(const RunData& data);
 bool has_tracks(const RunData& data);
-// What the flow section shows, in sentences; empty where no flow was compared.
+// What section "What was compared" shows, in sentences; without what the agreement and the flow
+// tell.
+std::vector<std::string> compared_sentences(const RunData& data);
+// What the flow section shows; empty where no flow was compared.
 std::vector<std::string> flow_sentences(const RunData& data);
 // What the experiments section shows; empty unless several were calibrated together.
 std::vector<std::string> experiment_sentences(const RunData& data);
@@ -19,6 +23,7 @@ std::vector<std::string> experiment_sentences(const RunData& data);
 Section parameters_section(const RunData& data, Section section);
 Section experiments_section(const RunData& data, Section section);
 Section side_by_side_section(const RunData& data, Section section);
+Section compared_section(const RunData& data, Section section);
 Section flow_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);

@@ -255,7 +255,8 @@ Json verdict_view(const RunData& data) {
                                standing_sentence(agreement),
                                single_run_sentence(agreement)})
     if (!sentence.empty()) sentences.push_back(std::move(sentence));
-  for (const std::vector<std::string>& more : {flow_sentences(data), experiment_sentences(data)})
+  for (const std::vector<std::string>& more :
+       {compared_sentences(data), flow_sentences(data), experiment_sentences(data)})
     sentences.insert(sentences.end(), more.begin(), more.end());
   if (!data.is_calibration()) {
     sentences.emplace_back(

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "datasets/run_folder.h"
@@ -149,8 +150,38 @@ TEST_F(BrowserPage, DrawsTheFlowOutOfABin) {
   write_report(flow);
   const Visit seen = visit(flow.report(), root_ / "browser");
   EXPECT_GE(figures_drawn(seen), 3);
-  for (const char* id : {"flow-curves", "flow-profiles", "flow-beverloo"})
+  for (const char* id :
+       {"flow-curves", "flow-profiles", "flow-beverloo", "compared-figure-velocity-profile"})
     EXPECT_NE(seen.document.find(fmt::format("id=\"{}\"", id)), std::string::npos) << id;
+}
+
+// Menus of conditions move together; one that lacks the choice stays.
+TEST_F(BrowserPage, MovesMenusOfTheSameKindTogether) {
+  const datasets::RunFolder flow = tests::write_fixture_flow_run(root_ / "flow");
+  auto result = nlohmann::ordered_json::parse(datasets::read_whole(flow.result()));
+  for (const char* condition : {"orifice width 100 mm", "orifice width 200 mm"}) {
+    auto other = result["channels"].back();
+    other["observable"] = "other";
+    other["condition"] = condition;
+    result["channels"].push_back(other);
+  }
+  datasets::write_whole(flow.result(), result.dump());
+  std::string page = build_report(flow);
+  page.insert(page.rfind("</body>"),
+              "<script>const menus = document.querySelectorAll('[id^=compared] select');"
+              "const seen = [];"
+              "for (const place of [1, 0]) {"
+              "menus[0].selectedIndex = place; menus[0].dispatchEvent(new Event('change'));"
+              "seen.push(menus[1].selectedOptions[0].textContent);"
+              "}"
+              "menus[1].selectedIndex = 1; menus[1].dispatchEvent(new Event('change'));"
+              "seen.push(menus[0].selectedIndex);"
+              "document.body.dataset.seen = seen.join();</script>");
+  datasets::write_whole(flow.report(), page);
+  const Visit seen = visit(flow.report(), root_ / "browser");
+  EXPECT_EQ(seen.console, "");
+  EXPECT_NE(seen.document.find("data-seen=\"orifice width 100 mm,orifice width 100 mm,0\""),
+            std::string::npos);
 }
 
 TEST_F(BrowserPage, DrawsTheSearchOfSeveralExperiments) {

@@ -55,6 +55,7 @@ TEST_F(Report, HasEverySectionInOrder) {
   for (const char* id : {"verdict",
                          "parameters",
                          "film-and-simulation",
+                         "compared",
                          "agreement",
                          "tracks",
                          "search",
