@@ -98,7 +98,7 @@ ExportedRun read_exported_run(const datasets::RunFolder& folder) {
         "{}: is not there, so there are no parameters to export; let the calibration finish first.",
         folder.result().string()));
   }
-  if (data.is_joint()) {
+  if (data.is_of_several()) {
     throw datasets::InputError(
         fmt::format("{}: is of several experiments, each with particles of its own; give the "
                     "folder of one of them in it.",

@@ -1,5 +1,5 @@
-// The agreement metric of the thesis (its equation 4.2 and Table 4.2), with the yardsticks that
-// give it a meaning.
+// The agreement of the thesis (its equation 4.2 and Table 4.2), with the scores that it is compared
+// with.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct ScoreRow {
   double thesis = 0.0;
 };
 
-// The scores side by side: what the run reached, and what it can be held against.
+// The score of the run, and the scores that it is compared with.
 std::vector<ScoreRow> scores(const Json& agreement) {
   const auto row = [&](std::string label, const std::string& key) {
     return ScoreRow{std::move(label),
@@ -42,7 +42,7 @@ std::vector<ScoreRow> scores(const Json& agreement) {
 }
 
 TableView score_table(const std::vector<ScoreRow>& rows) {
-  TableView table("Agreement and what to hold it against",
+  TableView table("Agreement, and the scores to compare it with",
                   {{"Whose tracks", Align::left}, {"Student's\u00a0t"}, {"Thesis form, 1.96"}});
   for (const ScoreRow& row : rows)
     table.add_row({row.label, percent(row.student), percent(row.thesis)});
@@ -73,9 +73,8 @@ Figure score_figure(const std::vector<ScoreRow>& rows) {
       points(student, heights, "Student's t", "var(--measured-strong)", "circle", 11.0));
   return {.id = "agreement-scores",
           .caption =
-              "The score between its ceiling and one more real replicate; only dots of the same "
-              "kind may be "
-              "compared.",
+              "The score beside its ceiling and beside one more real replicate. Compare filled "
+              "dots with filled dots, and open ones with open ones.",
           .height = 330,
           .layout = {{"xaxis",
                       axis("Values inside the films' 95 % interval (%)", {{"range", {0, 101}}})},
@@ -99,40 +98,24 @@ struct ParticleRow {
 };
 
 std::vector<ParticleRow> particle_rows(const RunData& data) {
+  const auto table = data.table("agreement");
+  if (!table) return {};
   const auto quantities = static_cast<double>(compared_quantities(data).size());
-  std::vector<ParticleRow> rows;
-  if (const auto table = data.table("agreement")) {
-    rows.resize(table->rows());
-    const auto particles = text_column(*table, "particle");
-    const auto points = column(*table, "points");
-    const auto thesis = column(*table, "percent");
-    const auto student = column(*table, "percent_student_t");
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      rows[i] = {particles[i], {}, points[i], 0.0, thesis[i], student[i]};
-    for (int rank = 0; rank < 4; ++rank) {
-      const auto frames = column(*table, fmt::format("rank{}", rank));
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        rows[i].ranks[rank] = frames[i];
-        rows[i].possible += quantities * frames[i];
-      }
+  std::vector<ParticleRow> rows(table->rows());
+  const auto particles = text_column(*table, "particle");
+  const auto points = column(*table, "points"), possible = column(*table, "possible");
+  const auto thesis = column(*table, "percent"), student = column(*table, "percent_student_t");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    rows[i] = {particles[i], {}, points[i], 0.0, thesis[i], student[i]};
+  for (int rank = 0; rank < 4; ++rank) {
+    const auto frames = column(*table, fmt::format("rank{}", rank));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      rows[i].ranks[rank] = frames[i];
+      rows[i].possible += quantities * frames[i];
     }
-    if (table->has("possible")) {
-      const auto possible = column(*table, "possible");
-      for (std::size_t i = 0; i < rows.size(); ++i) rows[i].possible = possible[i];
-    }
-    return rows;
   }
-  for (const Json& particle : list(data.result, {"agreement", "per_particle"})) {
-    ParticleRow row{.particle = text(particle, {"particle"}),
-                    .points = number(particle, {"points"}),
-                    .thesis = number(particle, {"percent"}),
-                    .student = number(particle, {"percent_student_t"})};
-    for (int rank = 0; rank < 4; ++rank) {
-      row.ranks[rank] = number(particle, {fmt::format("rank{}", rank)});
-      row.possible += quantities * row.ranks[rank];
-    }
-    rows.push_back(row);
-  }
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (table->has("possible")) rows[i].possible = possible[i];
   return rows;
 }
 
@@ -243,9 +226,8 @@ Figure rank_figure(const datasets::Table& ranks, int quantities) {
   return {
       .id = "agreement-ranks",
       .caption =
-          "Rank of every particle in every frame: a run of cells of rank 0 or 1 is a stretch of "
-          "the "
-          "motion that the simulation gets wrong.",
+          "Rank of every particle in every frame. Where many neighbouring cells have rank 0 or 1, "
+          "the simulation gets this part of the motion wrong.",
       .height = 120 + 26 * static_cast<int>(rows.size()),
       .layout = {{"xaxis", axis("Time since the start event (s)", {{"showgrid", false}})},
                  {"yaxis",
@@ -258,24 +240,18 @@ Figure rank_figure(const datasets::Table& ranks, int quantities) {
 }  // namespace
 
 Section agreement_section(const RunData& data, Section section) {
-  const Json& agreement = at(data.result, {"agreement"});
-  if (agreement.is_object()) {
-    const std::vector<ScoreRow> rows = scores(agreement);
-    section.add_table(score_table(rows));
-    const double rms = number(data.result, {"rms_position_m"});
-    if (std::isfinite(rms)) {
-      section.add_paragraph(fmt::format(
-          "Beside it, because a wide interval is easy to hit: the root-mean-square distance "
-          "between the mean simulated "
-          "and the mean filmed centre is {} mm over all particles and frames. The first frame is "
-          "shown apart because "
-          "all replicates start in the same places, which leaves almost no interval to hit.",
-          significant(1000.0 * rms)));
-    }
-    section.add_figure(score_figure(rows));
-  } else {
-    section.add_absence("This run computed no agreement with tracks.");
+  const std::vector<ScoreRow> rows = scores(at(data.result, {"agreement"}));
+  section.add_table(score_table(rows));
+  const double rms = number(data.result, {"rms_position_m"});
+  if (std::isfinite(rms)) {
+    section.add_paragraph(fmt::format(
+        "A wide interval is easy to hit, so the distance is told, too. The root-mean-square "
+        "distance between the mean simulated and the mean filmed centre is {} mm over all "
+        "particles and frames. One row leaves out the first frame: all replicates start in the "
+        "same places, so there is almost no interval to hit.",
+        significant(1000.0 * rms)));
   }
+  section.add_figure(score_figure(rows));
 
   const std::vector<std::string> quantities = compared_quantities(data);
   const auto highest = static_cast<int>(quantities.size());
@@ -286,8 +262,8 @@ Section agreement_section(const RunData& data, Section section) {
   } else {
     section.add_paragraph(fmt::format(
         "Rank of a particle in a frame: how many of its values ({}) lie inside the films' 95 % "
-        "interval, 0 to {}. Weighted points are the sum of the ranks; agreement is the points "
-        "reached out of those that could be reached.",
+        "interval, 0 to {}. Weighted points are the sum of the ranks. Agreement is the share of "
+        "the points that could be reached.",
         joined(quantities),
         highest));
     section.add_table(particle_table(particles, highest));
@@ -297,7 +273,7 @@ Section agreement_section(const RunData& data, Section section) {
     section.add_figure(rank_figure(*ranks, highest));
   } else {
     section.add_absence(
-        "The ranks frame by frame (tables/ranks.csv) are absent, so no heat map is drawn.");
+        "The ranks frame by frame (tables/ranks.csv) are absent, so they are not drawn.");
   }
   return section;
 }

@@ -1,6 +1,5 @@
-// Several experiments calibrated together: what each adds to the sum, and how it comes out.
+// Several experiments calibrated together: what each adds to the objective, and its own result.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <string>
@@ -24,39 +23,39 @@ std::string outcome_of(const Json& experiment) {
   const double error = number(experiment, {"mean_signed_error"});
   if (!std::isfinite(error)) return std::string(nothing);
   const double held_out = number(experiment, {"held_out_orifices"});
-  return fmt::format(
-      "flow rates {} too {} on average{}",
-      percent(100.0 * std::abs(error)),
-      error < 0.0 ? "low" : "high",
-      held_out > 0.0 ? fmt::format(", {} orifice(s) held out", count(held_out)) : "");
+  return fmt::format("flow rates {} too {} on average{}",
+                     percent(100.0 * std::abs(error)),
+                     error < 0.0 ? "low" : "high",
+                     held_out > 0.0 ? fmt::format(", orifices held out: {}", count(held_out)) : "");
+}
+
+// One name, or a list of observables.
+std::string compared_text(const Json& experiment) {
+  std::vector<std::string> names;
+  for (const Json& name : list(experiment, {"compared"})) names.push_back(spaced(text(name, {})));
+  return names.empty() ? spaced(text(experiment, {"compared"})) : joined(names);
 }
 
 }  // namespace
 
 std::vector<std::string> experiment_sentences(const RunData& data) {
-  std::vector<std::string> sentences;
-  std::vector<std::string> outcomes;
-  for (const Json& experiment : list(data.result, {"experiments"}))
-    outcomes.push_back(fmt::format("{}: {}", text(experiment, {"name"}), outcome_of(experiment)));
-  if (outcomes.empty()) return sentences;
-  sentences.push_back(
-      fmt::format("One set of parameters was sought for {} experiments on the same grains and "
-                  "walls; at these values they come out so. {}.",
-                  outcomes.size(),
-                  fmt::join(outcomes, "; ")));
+  const Json& experiments = list(data.result, {"experiments"});
+  if (experiments.empty()) return {};
+  std::vector<std::string> sentences = {fmt::format(
+      "One set of parameters was sought for {} experiments on the same grains and walls.",
+      experiments.size())};
+  for (const Json& experiment : experiments)
+    sentences.push_back(
+        fmt::format("Experiment {}: {}.", text(experiment, {"name"}), outcome_of(experiment)));
   return sentences;
 }
 
 Section experiments_section(const RunData& data, Section section) {
   const Json& experiments = list(data.result, {"experiments"});
-  if (experiments.empty()) {
-    section.add_absence("result.json does not name the experiments of this calibration.");
-    return section;
-  }
   section.add_paragraph(
-      "What was minimised is the weighted sum of the experiments' own objectives. An experiment "
-      "with a large share of that sum is one that these parameters do not describe as well as the "
-      "others: if its own page says so too, the grains or walls may not be the same.");
+      "The search minimised the weighted sum of the experiments' own objectives. These parameters "
+      "describe an experiment with a large share of that sum less well than the others. If its own "
+      "page says so too, its grains or walls may differ from those of the others.");
   double sum = 0.0;
   for (const Json& experiment : experiments)
     sum += number(experiment, {"weight"}) * number(experiment, {"objective"});
@@ -67,13 +66,13 @@ Section experiments_section(const RunData& data, Section section) {
                    {"Weight"},
                    {"Objective"},
                    {"Share of the sum"},
-                   {"How it comes out", Align::left}});
+                   {"Result", Align::left}});
   Json links = Json::array();
   for (const Json& experiment : experiments) {
     const std::string name = text(experiment, {"name"});
     const double share = number(experiment, {"weight"}) * number(experiment, {"objective"}) / sum;
     table.add_row({name,
-                   text(experiment, {"compared"}),
+                   compared_text(experiment),
                    count(number(experiment, {"replicates"})),
                    plain(number(experiment, {"weight"})),
                    significant(number(experiment, {"objective"})),

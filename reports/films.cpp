@@ -1,4 +1,4 @@
-// The films and how well they were read: without this the intervals above mean nothing.
+// The films, and how well they were tracked.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TableView film_table(const Json& replicates) {
                    {"Gaps"},
                    {"Suspected swaps"},
                    {"Scale (px/mm)"},
-                   {"Scale from", Align::left},
+                   {"Fiducials"},
                    {"Calibration residual, RMS (mm)"},
                    {"largest (mm)"},
                    {"left out (mm)"},
@@ -52,7 +52,7 @@ TableView film_table(const Json& replicates) {
                    count(number(replicate, {"gaps"})),
                    count(number(replicate, {"suspected_swaps"})),
                    decimal(number(replicate, {"scale_px_per_mm"}), 3),
-                   cell(text(replicate, {"scale_from"})),
+                   count(number(replicate, {"fiducials_found"})),
                    decimal(number(replicate, {"calibration_rms_mm"}), 2),
                    decimal(number(replicate, {"calibration_max_mm"}), 2),
                    decimal(number(replicate, {"calibration_leave_one_out_mm"}), 2),
@@ -71,16 +71,15 @@ Section films_section(const RunData& data, Section section) {
   if (replicates.empty()) {
     section.add_absence(
         "The quality of films cannot be shown: tracking.json is absent, empty or cannot be read. "
-        "That is as it should be where no film was tracked, because tracks or discharge curves "
-        "came ready-made.");
+        "This is no error where no film was tracked, because tracks or discharge curves were "
+        "imported.");
     return section;
   }
   section.add_paragraph(
-      "Completeness is the share of particles and frames in which a particle was found. The "
-      "calibration residual is how "
-      "far fiducials, clicked points or corners of a chessboard lie from where the fitted camera "
-      "puts them; left out, when each is predicted from the others. "
-      "The start event is its time on the film; all times elsewhere count from it.");
+      "Completeness: of all particles in all frames, the share that was found. Calibration "
+      "residual: the distance of fiducials, clicked points or corners of a chessboard from where the "
+      "fitted camera puts them. Left out: the same for one that is predicted from the others. Start event: its time on the "
+      "film. All other times on this page count from it.");
   section.add_table(film_table(replicates));
 
   constexpr std::size_t few = 8;  // films of which every picture has its place on the page
@@ -108,13 +107,12 @@ Section films_section(const RunData& data, Section section) {
   section.add_heading("Annotated frames");
   if (!pictures.empty()) {
     section.add_paragraph(
-        "What was found, drawn on the film. An outline that is not on its particle is an error "
-        "that no statistic on "
-        "this page would show.");
+        "What was found, drawn on the film. Look whether every outline lies on its particle: no "
+        "statistic on this page shows such an error.");
     if (replicates.size() > few) {
       section.add_paragraph(
-          "Of so many films each middle frame is shown; first and last ones lie in the folder's "
-          "tracks/ as pictures, and the overlay films there show all.");
+          "There are many films, so only the middle frame of each is shown. The folder's tracks/ "
+          "has the first and last ones as pictures, and films of all frames.");
     }
     section.add_gallery(pictures);
   }

@@ -1,5 +1,5 @@
-// What runs out of a bin: rates filmed and simulated in the terms of ASME V&V 20, discharge curves,
-// velocity profiles, Beverloo's C and k and the kinematic B of both.
+// Flow through orifices, filmed and simulated: rates in the terms of ASME V&V 20, discharge curves,
+// velocity profiles, Beverloo's C and k and the kinematic B.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ bool is_resolved(const Json& row) {
 }
 
 std::string verdict_on(const Json& row) {
-  if (!std::isfinite(number(row, {"error_kg_per_s"}))) return "jammed: no rates to compare";
-  return is_resolved(row) ? "differs" : "no difference resolved";
+  if (!std::isfinite(number(row, {"error_kg_per_s"}))) return "jammed, no rate";
+  return is_resolved(row) ? "differs" : "no difference shown";
 }
 
 std::string jam_text(const Json& jams) {
@@ -37,9 +37,9 @@ std::string jam_text(const Json& jams) {
                      percent(100.0 * number(jams, {"upper"})));
 }
 
-TableView rate_table(const Json& rows) {
+TableView rate_table(const RunData& data, const Json& rows) {
   TableView table("Flow rate of each orifice, filmed (D) and simulated (S), in g/s",
-                  {{"Orifice"},
+                  {{"Orifice", Align::left},
                    {"Used for", Align::left},
                    {"D"},
                    {"S"},
@@ -51,7 +51,7 @@ TableView rate_table(const Json& rows) {
     const double filmed = number(row, {"filmed_kg_per_s"});
     const double error = number(row, {"error_kg_per_s"});
     table.add_row({millimetres(number(row, {"orifice_m"})),
-                   at(row, {"held_out"}) == true ? "prediction" : "calibration",
+                   use_of(data, row),
                    grams_per_second(filmed),
                    grams_per_second(number(row, {"simulated_kg_per_s"})),
                    grams_per_second(error),
@@ -64,8 +64,8 @@ TableView rate_table(const Json& rows) {
 
 TableView uncertainty_table(const Json& rows) {
   TableView table(
-      "Where 2 u_val comes from, standard uncertainties in g/s, and how often flow jammed",
-      {{"Orifice"},
+      "The parts of u_val (standard uncertainties in g/s), and how often the flow jammed",
+      {{"Orifice", Align::left},
        {"Films"},
        {"Simulated runs"},
        {"Parameters"},
@@ -115,9 +115,9 @@ std::set<double> orifices_of(const datasets::Table& table) {
 Figure curve_figure(const datasets::Table& table) {
   Figure figure{.id = "flow-curves",
                 .caption =
-                    "Particles that have left, against time: mean of the films with the band "
-                    "in which a further film would lie with 95 %, and mean of the simulated "
-                    "runs between the lowest and highest of them.",
+                    "Particles that have left, against time. Films: the mean, with the band in "
+                    "which one more film would lie with 95 %. Simulation: the mean, the lowest and "
+                    "the highest run.",
                 .height = 420,
                 .layout = {{"xaxis", axis("Time since the orifice opened (s)")},
                            {"yaxis", axis("Discharged particles")}},
@@ -131,14 +131,15 @@ Figure curve_figure(const datasets::Table& table) {
     choice.traces.push_back(band(time,
                                  numbers("filmed_lower"),
                                  numbers("filmed_upper"),
-                                 "band of a further film",
-                                 "var(--measured)"));
+                                 "films, 95 % band of one more",
+                                 "var(--measured-band)"));
     choice.traces.push_back(
         line(time, numbers("filmed_count"), "films, mean", "var(--measured-strong)"));
     choice.traces.push_back(
         line(time, numbers("simulated_count"), "simulation, mean", "var(--simulated)"));
     for (const char* edge : {"simulated_lower", "simulated_upper"}) {
-      Json trace = line(time, numbers(edge), "lowest and highest run", "var(--simulated)", 1.0);
+      Json trace =
+          line(time, numbers(edge), "simulation, lowest and highest", "var(--simulated)", 1.0);
       trace["line"]["dash"] = "dot";
       trace["legendgroup"] = "runs";
       trace["showlegend"] = std::string_view(edge) == "simulated_lower";
@@ -152,8 +153,8 @@ Figure curve_figure(const datasets::Table& table) {
 Figure profile_figure(const datasets::Table& table) {
   Figure figure{.id = "flow-profiles",
                 .caption =
-                    "Downward velocity across the bed half way up, in bins of a particle "
-                    "diameter, with the lowest and highest run of each bin.",
+                    "Downward velocity across the bed, half way up, in bins one particle diameter "
+                    "wide. Bars reach from the lowest to the highest run of each bin.",
                 .height = 400,
                 .layout = {{"xaxis", axis("Place across the bin (mm)")},
                            {"yaxis", axis("Downward velocity (mm/s)")}},
@@ -194,8 +195,8 @@ Figure boundary_figure(const datasets::Table& table) {
   Figure figure{
       .id = "flow-stagnant",
       .caption =
-          "Up to where the bed stands still beside the flow, in columns half a particle "
-          "diameter wide; mean over films and over simulated runs.",
+          "Height up to which the bed stands still beside the flow, in columns half a particle "
+          "diameter wide. Lines are means over films and over simulated runs.",
       .height = 380,
       .layout = {{"xaxis", axis("Place across the bin (mm)")}, {"yaxis", axis("Height (mm)")}},
       .menu = "Orifice",
@@ -215,8 +216,9 @@ Figure boundary_figure(const datasets::Table& table) {
 
 // Of each orifice, how far the regions that stand still coincide.
 TableView overlap_table(const Json& rows) {
-  TableView table("Regions that stand still: area common to films and simulation over that of both",
-                  {{"Orifice"}, {"Overlap"}});
+  TableView table(
+      "Regions that stand still: area in both films and simulation, over area in either",
+      {{"Orifice", Align::left}, {"Overlap"}});
   for (const Json& row : rows)
     table.add_row(
         {millimetres(number(row, {"orifice_m"})), decimal(number(row, {"stagnant_overlap"}), 2)});
@@ -247,8 +249,8 @@ Figure beverloo_figure(const Json& rows) {
   }
   return {.id = "flow-beverloo",
           .caption =
-              "Flow rate to the power 2/3 against the width of the orifice: a straight line "
-              "where Beverloo's law holds. Bars are two standard uncertainties.",
+              "Flow rate to the power 2/3 against the width of the orifice. Beverloo's law is a "
+              "straight line here. Bars are two standard uncertainties.",
           .height = 380,
           .layout = {{"xaxis", axis("Orifice (mm)")}, {"yaxis", axis("Rate^(2/3) ((g/s)^(2/3))")}},
           .menu = "",
@@ -258,20 +260,18 @@ Figure beverloo_figure(const Json& rows) {
 TableView derived_table(const Json& result) {
   TableView table(fmt::format("Derived from the rates and profiles above; {}",
                               text(result, {"objective", "form"}) == "requested"
-                                  ? "the search went by these numbers"
-                                  : "nothing was fitted to these numbers"),
+                                  ? "the search minimised their differences"
+                                  : "the search did not use them"),
                   {{"Quantity", Align::left}, {"Films"}, {"Simulation"}});
-  const auto beverloo = [&](const char* source, const char* name, int index) {
+  const auto beverloo = [&](const char* source, const char* name, std::size_t index) {
     const Json& fit = at(result, {"beverloo", source});
     const double value = number(fit, {name});
     if (!std::isfinite(value)) return std::string(nothing);
-    const Json& covariance = list(fit, {"covariance"});
-    const double error = std::sqrt(
-        covariance[static_cast<std::size_t>(index)][static_cast<std::size_t>(index)].get<double>());
-    return fmt::format("{} ± {}", decimal(value, 3), decimal(error, 3));
+    const double variance = list(fit, {"covariance"}).at(index).at(index).get<double>();
+    return fmt::format("{} ± {}", decimal(value, 3), decimal(std::sqrt(variance), 3));
   };
-  for (const auto& [name, index] : {std::pair{"C", 0}, std::pair{"k", 1}}) {
-    table.add_row({fmt::format("Beverloo {} (joint fit, ± standard error)", name),
+  for (const auto& [name, index] : {std::pair{"C", 0UL}, std::pair{"k", 1UL}}) {
+    table.add_row({fmt::format("Beverloo {} (both fitted together, ± standard error)", name),
                    beverloo("experiment", name, index),
                    beverloo("simulation", name, index)});
   }
@@ -317,15 +317,15 @@ std::vector<std::string> flow_sentences(const RunData& data) {
       if (std::abs(relative) > std::abs(largest)) largest = relative;
       if (is_resolved(row))
         differing.push_back(fmt::format(
-            "{} ({} %)", millimetres(number(row, {"orifice_m"})), decimal(100.0 * relative, 1)));
+            "{} ({})", millimetres(number(row, {"orifice_m"})), percent(100.0 * relative)));
     }
     if (widths.empty()) continue;
     std::string sentence =
         !data.is_calibration()
             ? fmt::format("Simulated at given parameters: the flow through {}.", joined(widths))
         : held_out ? fmt::format(
-                         "Predicted, not fitted: the flow through {}, films that the search never "
-                         "saw.",
+                         "Predicted, not fitted: the flow through {}. The search never saw these "
+                         "films.",
                          joined(widths))
                    : fmt::format("Fitted to the flow through {}.", joined(widths));
     if (jammed.size() < widths.size()) {
@@ -333,36 +333,32 @@ std::vector<std::string> flow_sentences(const RunData& data) {
           differing.empty()
               ? fmt::format(
                     " No rate differs from the films by more than twice the uncertainty of the "
-                    "comparison; the largest difference is {} %.",
-                    decimal(100.0 * largest, 1))
+                    "comparison. The largest difference is {}.",
+                    percent(100.0 * largest))
               : fmt::format(
                     " Rates differ by more than twice the uncertainty of the comparison at {}.",
                     joined(differing));
     }
     if (!jammed.empty())
-      sentence +=
-          fmt::format(" Nothing flowed steadily at {}: no rate is compared there.", joined(jammed));
+      sentence += fmt::format(" Nothing flowed steadily at {}, so no rate is compared there.",
+                              joined(jammed));
     sentences.push_back(std::move(sentence));
   }
   sentences.emplace_back(
-      "That no difference is resolved is no proof that there is none: differences smaller than "
-      "2 u_val stay unseen.");
+      "A difference smaller than 2 u_val cannot be seen. So a difference that is not shown may "
+      "still be there.");
   return sentences;
 }
 
 Section flow_section(const RunData& data, Section section) {
   const Json& rows = list(data.result, {"comparison"});
-  if (rows.empty()) {
-    section.add_absence("This run compared no flow rates.");
-    return section;
-  }
   section.add_paragraph(
-      "D is the mean over films, S the mean over fresh simulations that start from the very beds "
-      "on film (from prepared ones where a film or a discharge curve tells none). u_val joins what "
-      "replicate films scatter, what simulated runs scatter, what the "
-      "uncertainty of the parameters does to the rate, and what half the time step changes "
-      "(ASME V&V 20).");
-  section.add_table(rate_table(rows));
+      "D is the mean over films, S the mean over fresh simulations. Each simulation starts from "
+      "the bed on its film. Where a film or a discharge curve does not show the bed, the "
+      "simulation prepares one. u_val is the standard uncertainty of the comparison (ASME V&V 20). "
+      "It has four parts: the scatter of films, the scatter of simulated runs, the uncertainty of "
+      "the parameters, and the change on halving the time step.");
+  section.add_table(rate_table(data, rows));
   section.add_table(uncertainty_table(rows));
   if (const auto curves = data.table("discharge_curves")) section.add_figure(curve_figure(*curves));
   if (const auto profiles = data.table("velocity_comparison"))
@@ -373,20 +369,6 @@ Section flow_section(const RunData& data, Section section) {
   }
   section.add_figure(beverloo_figure(rows));
   section.add_table(derived_table(data.result));
-  std::vector<std::string> left;
-  for (const auto& [kind, words] : {std::pair("flow_rate", "flow rates"),
-                                    std::pair("remaining", "particles that stay behind"),
-                                    std::pair("velocity_profile", "velocity profiles"),
-                                    std::pair("beverloo_C", "Beverloo's C"),
-                                    std::pair("beverloo_k", "Beverloo's k"),
-                                    std::pair("kinematic_B", "kinematic B")}) {
-    const double share = number(data.result, {"objective", "shares", kind});
-    if (std::isfinite(share)) left.push_back(fmt::format("{} {}", words, significant(share, 2)));
-  }
-  section.add_paragraph(fmt::format(
-      "What is left of the objective at these parameters, by kind of quantity: {}; 0 is "
-      "perfect agreement of the means, and each kind weighs alike.",
-      fmt::join(left, ", ")));
   return section;
 }
 

@@ -35,7 +35,9 @@ mustache::data mustache_data(const Json& json) {
 
 Section::Section(std::string_view id, std::string_view heading) : id_(id), heading_(heading) {}
 
-void Section::add_heading(std::string_view text) { blocks_.push_back({{"subheading", text}}); }
+void Section::add_heading(std::string_view text, std::string_view id) {
+  blocks_.push_back({{"subheading", text}, {"subheading_id", id}});
+}
 
 void Section::add_paragraph(std::string_view text) { blocks_.push_back({{"paragraph", text}}); }
 

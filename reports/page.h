@@ -22,7 +22,7 @@ struct Picture {
 class Section {
  public:
   Section(std::string_view id, std::string_view heading);
-  void add_heading(std::string_view text);
+  void add_heading(std::string_view text, std::string_view id = {});
   void add_paragraph(std::string_view text);
   void add_absence(std::string_view text);  // what the run did not leave behind, in one sentence
   void add_warnings(const std::vector<std::string>& sentences);

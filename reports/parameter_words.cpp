@@ -14,10 +14,13 @@ std::string value_text(const Json& parameter) {
   const double lower = number(parameter, {"lower"});
   const double upper = number(parameter, {"upper"});
   const double value = number(parameter, {"value"});
-  if (std::isfinite(lower) && std::isfinite(upper))
-    return decimal(value, decimals_of_interval(lower, upper));
+  if (std::isfinite(lower) && std::isfinite(upper)) return to_interval(value, lower, upper);
   const bool is_of_the_search = text(parameter, {"status"}) == "not_identified";
   return is_of_the_search && !is_at_bench(parameter) ? significant(value, 2) : plain(value);
+}
+
+std::string interval_of(const Json& parameter) {
+  return interval_text(number(parameter, {"lower"}), number(parameter, {"upper"}));
 }
 
 }  // namespace graintruth::reports

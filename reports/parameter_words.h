@@ -14,4 +14,7 @@ bool is_at_bench(const Json& parameter);
 // is held at that; to two digits where nothing says how well it is known.
 std::string value_text(const Json& parameter);
 
+// "0.10 to 0.14"; `nothing` where it has no interval.
+std::string interval_of(const Json& parameter);
+
 }  // namespace graintruth::reports

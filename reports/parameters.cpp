@@ -1,9 +1,12 @@
 // The parameters with their intervals, beside what the bench said and where the search was allowed
 // to look.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "datasets/parameters/parameter.h"
 #include "reports/parameter_words.h"
 #include "reports/sections.h"
 #include "reports/words.h"
@@ -17,21 +20,13 @@ std::string range_text(double lower, double upper) {
   return plain(lower) + " to " + plain(upper);
 }
 
-std::string interval_text(double lower, double upper, int decimals) {
-  if (!std::isfinite(lower) || !std::isfinite(upper)) return std::string(nothing);
-  return decimal(lower, decimals) + " to " + decimal(upper, decimals);
-}
-
 std::string status_text(const std::string& status) {
   if (status == "at_bound") return "at bound";
   if (status == "not_identified") return "not identified";
   return status.empty() ? std::string(nothing) : status;
 }
 
-std::string unit_text(const Json& parameter) {
-  const std::string unit = text(parameter, {"unit"});
-  return unit.empty() || unit == "1" ? "-" : unit;
-}
+std::string unit_of(const Json& parameter) { return unit_text(text(parameter, {"unit"})); }
 
 // "0.36 ± 0.03"; without the second where none is given.
 std::string with_uncertainty(double value, double uncertainty) {
@@ -68,27 +63,24 @@ TableView parameter_table(const Json& parameters) {
                    {"Noise of that"},
                    {"Sobol total"}});
   for (const auto& [key, parameter] : parameters.items()) {
-    const double lower = number(parameter, {"lower"});
-    const double upper = number(parameter, {"upper"});
-    const int decimals = decimals_of_interval(lower, upper);
-    const double low_bound = number(parameter, {"bound_lower"});
-    const double high_bound = number(parameter, {"bound_upper"});
-    table.add_row({parameter_name(key),
-                   value_text(parameter),
-                   interval_text(lower, upper, decimals),
-                   unit_text(parameter),
-                   status_text(text(parameter, {"status"})),
-                   bench_text(parameter),
-                   prior_text(parameter),
-                   range_text(low_bound, high_bound),
-                   significant(number(parameter, {"objective_range"}), 2),
-                   significant(number(parameter, {"objective_range_of_noise"}), 2),
-                   decimal(number(parameter, {"sobol_total"}), 2)});
+    const std::string unit = unit_of(parameter);
+    table.add_row(
+        {parameter_name(key),
+         value_text(parameter),
+         interval_of(parameter),
+         unit.empty() ? "-" : unit,
+         status_text(text(parameter, {"status"})),
+         bench_text(parameter),
+         prior_text(parameter),
+         range_text(number(parameter, {"bound_lower"}), number(parameter, {"bound_upper"})),
+         significant(number(parameter, {"objective_range"}), 2),
+         significant(number(parameter, {"objective_range_of_noise"}), 2),
+         decimal(number(parameter, {"sobol_total"}), 2)});
   }
   return table;
 }
 
-// What the bench measured and what the films ask for.
+// What the bench measured beside what the films say.
 void add_bench(const Json& parameters, Section& section) {
   TableView table("Bench tests beside the films",
                   {{"Parameter", Align::left},
@@ -100,85 +92,87 @@ void add_bench(const Json& parameters, Section& section) {
   for (const auto& [key, parameter] : parameters.items()) {
     const Json& films = films_alone(parameter);
     const bool is_known = std::isfinite(number(parameter, {"bench_deviation"}));
-    const double lower = is_known ? number(films, {"lower"}) : std::nan("");
-    const double upper = is_known ? number(films, {"upper"}) : std::nan("");
     const double value = is_known ? number(films, {"value"}) : std::nan("");
-    const int decimals = decimals_of_interval(lower, upper);
     table.add_row({parameter_name(key),
                    bench_text(parameter),
-                   decimal(value, decimals),
-                   interval_text(lower, upper, decimals),
+                   is_known ? value_text(films) : std::string(nothing),
+                   is_known ? interval_of(films) : std::string(nothing),
                    decimal(value / number(parameter, {"bench_value"}), 2),
                    decimal(number(parameter, {"bench_deviation"}), 1)});
   }
   section.add_table(table);
   section.add_paragraph(
-      "Films alone: without any prior; a dash where they do not identify the parameter. Apart: "
-      "the films' value less the bench value, over both standard uncertainties together (the "
-      "films' only, where the bench states none); beyond 2 the two measure different things. "
-      "Tilting measures static friction, films that of particles in motion, which is often well "
-      "below it: the thesis tilted 0.36 and matched its films at 0.1 (section 4.2.2), and took "
-      "0.2 for buttons that it had tilted at 0.61 (table 4.3).");
+      "Films alone: the value without any prior, or a dash where the films do not identify the "
+      "parameter. Apart: the films' value less the bench value, divided by both standard "
+      "uncertainties together (by that of the films, where the bench states none). Beyond 2, bench "
+      "and films measure different things.");
+  std::vector<std::string> reasons;
+  for (const auto& [key, parameter] : parameters.items()) {
+    const auto known = datasets::find_parameter(key);
+    if (!known || known->kind->bench_differs.empty()) continue;
+    add_once(reasons, std::string(known->kind->bench_differs));
+  }
+  if (!reasons.empty())
+    section.add_paragraph(
+        fmt::format("Why bench and films may differ: {}.", fmt::join(reasons, "; ")));
 }
 
-Figure interval_figure(const Json& parameters) {
+// Of the parameters in one unit.
+Figure interval_figure(const Json& parameters, const std::string& unit) {
   FigureChoice choice;
   Json names = Json::array();
-  std::vector<double> rows;
-  double row = static_cast<double>(parameters.size());
-  bool first = true;
-  std::vector<double> values;
-  std::vector<double> value_rows;
-  std::vector<double> bench;
-  std::vector<double> bench_rows;
-  const auto bar = [&](double from, double to, const char* name, const char* colour, double width) {
-    if (!std::isfinite(from) || !std::isfinite(to)) return;
-    Json trace = line({from, to}, {row, row}, name, colour, width);
+  std::vector<double> rows, values, bench;
+  const auto bar = [&](const Json& parameter,
+                       std::string_view from,
+                       std::string_view to,
+                       const char* name,
+                       const char* colour,
+                       double width) {
+    const std::vector<double> ends = {number(parameter, {from}), number(parameter, {to})};
+    if (!std::isfinite(ends[0]) || !std::isfinite(ends[1])) return;
+    Json trace = line(ends, {rows.back(), rows.back()}, name, colour, width);
     trace["legendgroup"] = name;
-    trace["showlegend"] = first;
+    trace["showlegend"] =
+        std::none_of(choice.traces.begin(), choice.traces.end(), [&](const Json& other) {
+          return other["legendgroup"] == name;
+        });
     choice.traces.push_back(trace);
   };
   for (const auto& [key, parameter] : parameters.items()) {
+    if (unit_of(parameter) != unit) continue;
+    rows.push_back(-static_cast<double>(rows.size()));  // downwards
     names.push_back(plot_text(parameter_name(key)));
-    rows.push_back(row);
-    bar(number(parameter, {"bound_lower"}),
-        number(parameter, {"bound_upper"}),
-        "search bounds",
-        "var(--faint)",
-        2.0);
-    bar(number(parameter, {"lower"}),
-        number(parameter, {"upper"}),
-        "95 % interval",
-        "var(--measured-strong)",
-        12.0);
-    first = false;
+    bar(parameter, "bound_lower", "bound_upper", "search bounds", "var(--faint)", 2.0);
+    bar(parameter, "lower", "upper", "95 % interval", "var(--measured-strong)", 12.0);
     values.push_back(number(parameter, {"value"}));
-    value_rows.push_back(row);
     bench.push_back(number(parameter, {"bench_value"}));
-    bench_rows.push_back(row);
-    row -= 1.0;
   }
   choice.traces.push_back(
-      points(bench, bench_rows, "bench value", "var(--simulated)", "diamond-open", 11.0));
+      points(bench, rows, "bench value", "var(--simulated)", "diamond-open", 11.0));
   choice.traces.back()["marker"]["line"] = {{"width", 2}};
-  choice.traces.push_back(points(values, value_rows, "value", "var(--ink)", "circle", 6.0));
-  return {.id = "parameter-intervals",
+  choice.traces.push_back(points(values, rows, "value", "var(--ink)", "circle", 6.0));
+  return {.id = "parameter-intervals" + (unit.empty() ? "" : "-" + identifier(unit)),
           .caption =
-              "Each parameter's value with its interval, on the range that the search was allowed, "
-              "beside the "
-              "bench value: a bench value far outside the interval means that bench test and films "
-              "measure "
-              "different things.",
-          .height = 120 + 55 * static_cast<int>(parameters.size()),
-          .layout = {{"xaxis", axis("Value (dimensionless)", {{"rangemode", "tozero"}})},
+              "Every parameter: its value, its interval, the bounds of the search and the bench "
+              "value. A bench value far outside the interval means that bench test and films "
+              "measure different things.",
+          .height = 120 + 55 * static_cast<int>(rows.size()),
+          .layout = {{"xaxis", axis(plot_text(value_axis(unit)), {{"rangemode", "tozero"}})},
                      {"yaxis",
                       {{"tickvals", plot_numbers(rows)},
                        {"ticktext", names},
-                       {"range", {0.4, static_cast<double>(parameters.size()) + 0.6}},
+                       {"range", {rows.back() - 0.6, 0.6}},
+                       {"zeroline", false},
                        {"wrapticks", true},
                        {"showgrid", false}}}},
           .menu = "",
           .choices = {choice}};
+}
+
+void add_interval_figures(const Json& parameters, Section& section) {
+  std::vector<std::string> units;
+  for (const auto& [key, parameter] : parameters.items()) add_once(units, unit_of(parameter));
+  for (const std::string& unit : units) section.add_figure(interval_figure(parameters, unit));
 }
 
 // How much of what was compared the emulator foresaw: 1 - (error/spread)^2, the predictivity Q2 of
@@ -187,13 +181,14 @@ void add_emulator(const Json& result, Section& section) {
   const double error = number(result, {"emulator", "leave_one_out_error"});
   const double spread = number(result, {"emulator", "value_spread"});
   if (!(spread > 0.0)) return;
-  section.add_paragraph(fmt::format(
-      "The emulator of all compared numbers, which proposed where to simulate, foresees {:.0f} % "
-      "of their variance at places that it was not shown (leave-one-out).",
-      100.0 * std::max(0.0, 1.0 - (error / spread) * (error / spread))));
+  section.add_paragraph(
+      fmt::format("The emulator predicts all compared numbers and proposed where to simulate. It "
+                  "predicts {:.0f} % "
+                  "of their variance at parameter sets that it was not shown (leave-one-out).",
+                  100.0 * std::max(0.0, 1.0 - (error / spread) * (error / spread))));
 }
 
-// What the surrogate makes of the whole landscape, and how far it can be trusted.
+// What the surrogate says of the whole search box, and how well it is known.
 void add_posterior(const Json& result, Section& section) {
   const Json& posterior = at(result, {"posterior"});
   if (!posterior.is_object() || posterior.size() < 2) return;
@@ -204,18 +199,18 @@ void add_posterior(const Json& result, Section& section) {
     if (!one.is_object()) continue;
     const double lower = number(one, {"lower"});
     const double upper = number(one, {"upper"});
-    const int decimals = decimals_of_interval(lower, upper);
     table.add_row({parameter_name(key),
-                   decimal(number(one, {"mean"}), decimals),
-                   decimal(number(one, {"standard_deviation"}), decimals),
-                   interval_text(lower, upper, decimals)});
+                   to_interval(number(one, {"mean"}), lower, upper),
+                   to_interval(number(one, {"standard_deviation"}), lower, upper),
+                   interval_text(lower, upper)});
   }
   section.add_table(table);
   section.add_paragraph(fmt::format(
-      "Drawn by random-walk Metropolis on the surrogate, {} effective draws. The surrogate knows "
-      "the logarithm of the objective to {} (leave-one-out, root mean square), of a standard "
-      "deviation of {}; from one place to the next the objective is rough by {}. No reported "
-      "value, score or interval rests on the surrogate alone.",
+      "Drawn by random-walk Metropolis on the surrogate: {} effective draws. The surrogate "
+      "predicts the logarithm of the objective with an error of {} (leave-one-out, root mean "
+      "square). The standard deviation of that logarithm is {}. Between neighbouring parameter "
+      "sets it is rough by {}. No value, score or interval on this page rests on the surrogate "
+      "alone.",
       plain(std::round(number(posterior, {"effective_size"}))),
       significant(number(result, {"surrogate", "leave_one_out_error"}), 2),
       significant(number(result, {"surrogate", "value_spread"}), 2),
@@ -223,27 +218,27 @@ void add_posterior(const Json& result, Section& section) {
   add_emulator(result, section);
 }
 
-// What would have been best without one replicate or one particle.
+// The evaluation that would have been best without one replicate or one particle.
 void add_influence(const RunData& data, Section& section) {
   const auto rows = data.table("influence");
   if (!rows) return;
+  const std::vector<std::string> parameters = columns_between(*rows, "left_out", "objective");
+  std::vector<TableView::Column> columns = {{"Left out", Align::left}};
+  for (const std::string& name : parameters) columns.push_back({parameter_axis(name)});
+  columns.push_back({"Objective"});
   TableView table("The best of the evaluations when one replicate or particle is left out",
-                  {{"Left out", Align::left},
-                   {"Friction, particle to particle"},
-                   {"Friction, particle to wall"},
-                   {"Restitution"},
-                   {"Objective"}});
+                  columns);
   for (std::size_t row = 0; row < rows->rows(); ++row) {
-    table.add_row({rows->text(row, "left_out"),
-                   decimal(rows->number(row, "friction_particle_particle"), 3),
-                   decimal(rows->number(row, "friction_particle_wall"), 3),
-                   decimal(rows->number(row, "restitution"), 3),
-                   significant(rows->number(row, "objective"), 3)});
+    std::vector<std::string> cells = {rows->text(row, "left_out")};
+    for (const std::string& name : parameters)
+      cells.push_back(significant(rows->number(row, name)));
+    cells.push_back(significant(rows->number(row, "objective")));
+    table.add_row(cells);
   }
   section.add_table(table);
   section.add_paragraph(
-      "Nothing was simulated anew for this table. Where leaving out a single one moves a parameter "
-      "beyond its interval, the answer rests on that one.");
+      "Nothing was simulated again for this table. The result rests on a single replicate or "
+      "particle where a parameter leaves its interval without it.");
 }
 
 }  // namespace
@@ -256,18 +251,17 @@ Section parameters_section(const RunData& data, Section section) {
   }
   section.add_table(parameter_table(parameters));
   section.add_paragraph(
-      "Range of objective: how far the objective moves when this parameter alone goes from its "
-      "best to the worse end of its range. Where that is no more than the noise of "
-      "that range, the films cannot tell the parameter. Sobol total: the share of the "
-      "objective\u2019s "
-      "variation over the whole box of search bounds that this parameter takes part in.");
+      "Range of objective: the change of the objective when this parameter alone goes from its "
+      "best value to the worse end of its range. Where it is not larger than its noise, the films "
+      "cannot tell the parameter. Sobol total: the share of the objective\u2019s variation within "
+      "the search bounds in which this parameter has a part.");
   for (const auto& [key, parameter] : parameters.items()) {
     const std::string method = text(parameter, {"method"});
     if (method.empty()) continue;
-    section.add_paragraph("Intervals by " + method + ".");
+    section.add_paragraph("How the intervals were found: " + method + ".");
     break;
   }
-  section.add_figure(interval_figure(parameters));
+  add_interval_figures(parameters, section);
   if (data.is_calibration()) add_bench(parameters, section);
   add_posterior(data.result, section);
   add_influence(data, section);

@@ -94,18 +94,28 @@ Json band(const std::vector<double>& x,
           const std::vector<double>& upper,
           std::string_view name,
           std::string_view colour) {
-  // One closed outline, there and back: unlike fill "tonexty" it does not depend on its neighbours.
-  std::vector<double> around_x;
-  std::vector<double> around_y;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(lower[i]) || !std::isfinite(upper[i])) continue;
-    around_x.push_back(x[i]);
-    around_y.push_back(upper[i]);
-  }
-  for (std::size_t i = x.size(); i-- > 0;) {
-    if (!std::isfinite(lower[i]) || !std::isfinite(upper[i])) continue;
-    around_x.push_back(x[i]);
-    around_y.push_back(lower[i]);
+  // Closed outlines, there and back, parted where an edge is not known: unlike fill "tonexty" they
+  // do not depend on their neighbours.
+  std::vector<double> around_x, around_y;
+  const auto is_known = [&](std::size_t i) {
+    return i < x.size() && std::isfinite(lower[i]) && std::isfinite(upper[i]);
+  };
+  for (std::size_t begin = 0; begin < x.size(); ++begin) {
+    if (!is_known(begin)) continue;
+    std::size_t end = begin;
+    for (; is_known(end); ++end) {
+      around_x.push_back(x[end]);
+      around_y.push_back(upper[end]);
+    }
+    for (std::size_t i = end; i-- > begin;) {
+      around_x.push_back(x[i]);
+      around_y.push_back(lower[i]);
+    }
+    if (end < x.size()) {
+      around_x.push_back(std::nan(""));
+      around_y.push_back(std::nan(""));
+    }
+    begin = end;
   }
   Json trace = line(around_x, around_y, name, colour, 0.0);
   trace["fill"] = "toself";

@@ -59,7 +59,7 @@ std::vector<std::string> missing_files(const RunData& data) {
   std::vector<std::string> missing;
   std::vector<std::filesystem::path> expected = {folder.result()};
   if (!data.is_part()) expected.push_back(folder.journal());
-  if (!data.is_joint()) {
+  if (!data.is_of_several()) {
     expected.push_back(folder.measured());
     expected.push_back(folder.tracking());
   }
@@ -101,21 +101,19 @@ Section provenance_section(const RunData& data, Section section) {
 
   if (std::filesystem::exists(data.folder.journal()) && !is_whole_journal(data.folder.journal())) {
     section.add_absence(
-        "journal.db was cut off or is no journal: journal.csv beside it is a plain copy of its "
-        "rows.");
+        "journal.db was cut off or is no journal. journal.csv is a plain copy of its rows.");
   }
 
   const Json& hashes = at(data.run, {"input_hashes"});
   if (hashes.is_object() && !hashes.empty()) {
-    TableView table("Contents of the inputs (64-bit FNV-1a)",
-                    {{"File", Align::left}, {"Hash", Align::left}});
+    TableView table("Hashes of the inputs", {{"File", Align::left}, {"Hash", Align::left}});
     for (const auto& [file, hash] : hashes.items())
       table.add_row({file, hash.is_string() ? hash.get<std::string>() : hash.dump()});
     section.add_table(table);
   }
   const Json& stages = list(data.run, {"stages"});
   if (!stages.empty()) {
-    TableView table("Where the time went", {{"Stage", Align::left}, {"Time"}});
+    TableView table("Time of each stage", {{"Stage", Align::left}, {"Time"}});
     for (const Json& stage : stages)
       table.add_row({text(stage, {"name"}), seconds(number(stage, {"seconds"}))});
     section.add_table(table);
@@ -127,15 +125,14 @@ Section provenance_section(const RunData& data, Section section) {
     section.add_absence("The command of this run was not recorded.");
   } else {
     section.add_paragraph(
-        "The same command with the same inputs and the same version gives the same numbers, "
-        "whatever the number of "
-        "jobs:");
+        "The same command with the same inputs and the same version gives the same numbers, with "
+        "any number of jobs:");
     section.add_code(command);
   }
   section.add_paragraph(fmt::format(
-      "This page is made from the run folder alone, by graintruth report with that folder. Every "
-      "table on it lies in the folder's tables/ as CSV, in SI units, and every simulation has a "
-      "row in journal.csv{}.",
+      "This page was made from the run folder alone, and graintruth report makes it again. The "
+      "folder's tables/ holds tables of the run as CSV, in SI units. Every simulation has a row in "
+      "journal.csv{}.",
       data.is_part() ? " of the folder above it" : ""));
   const Json& configuration = at(data.run, {"configuration"});
   if (!configuration.is_null()) {

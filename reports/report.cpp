@@ -20,11 +20,32 @@ std::string kind_of(const RunData& data) {
 
 constexpr const char* reload_pause = "10";  // s; of the page of a run under way
 
+// Which runs have a section.
+using Belongs = bool (*)(const RunData& data);
+bool always(const RunData&) { return true; }
+bool is_finished(const RunData& data) { return !data.is_under_way(); }
+bool is_of_one(const RunData& data) { return !data.is_of_several(); }
+bool is_of_several(const RunData& data) { return data.is_of_several(); }
+bool is_finished_and_of_one(const RunData& data) { return is_finished(data) && is_of_one(data); }
+bool has_agreement(const RunData& data) { return at(data.result, {"agreement"}).is_object(); }
+bool has_flow(const RunData& data) { return !list(data.result, {"comparison"}).empty(); }
+
+// Versions that told no channels had another rule for intervals of a flow.
+bool has_flow_of_older_version(const RunData& data) {
+  for (const Json& experiment : list(data.result, {"experiments"}))
+    if (at(experiment, {"compared"}).is_string()) return true;
+  return has_flow(data) && list(data.result, {"channels"}).empty();
+}
+
 Section method_section(const RunData& data, Section section) {
-  section.add_template(data.is_joint()  ? "method_joint"
-                       : data.is_flow() ? "method_flow"
-                                        : "method",
-                       {{"calibration", data.is_calibration()}});
+  const bool has_channels = !list(data.result, {"channels"}).empty();
+  section.add_template("method",
+                       {{"calibration", data.is_calibration()},
+                        {"agreement", has_agreement(data)},
+                        {"intervals", has_agreement(data) || has_channels},
+                        {"flow", has_flow(data)},
+                        {"flow_of_older_version", has_flow_of_older_version(data)},
+                        {"several", data.is_of_several()}});
   return section;
 }
 
@@ -32,42 +53,23 @@ struct Part {
   const char* id;
   const char* heading;
   Section (*filled)(const RunData& data, Section section);
-  bool needs_result = true;  // left out while the run is under way
-  // Kinds of runs; `one` is any of a single experiment
-  enum class Of { any, one, tracks, flow, joint } of = Of::any;
-
-  bool belongs(const RunData& data) const {
-    if (needs_result && data.is_under_way()) return false;
-    switch (of) {
-      case Of::any:
-        return true;
-      case Of::one:
-        return !data.is_joint();
-      case Of::tracks:
-        return !data.is_joint() && !data.is_flow();
-      case Of::flow:
-        return data.is_flow();
-      case Of::joint:
-        return data.is_joint();
-    }
-    return true;
-  }
+  Belongs belongs;
 };
 
 // In the order in which the reader meets them.
 constexpr Part parts[] = {
-    {"parameters", "Parameters", parameters_section},
-    {"experiments", "Experiments", experiments_section, true, Part::Of::joint},
-    {"film-and-simulation", "Film and simulation", side_by_side_section, true, Part::Of::one},
-    {"flow", "Flow out of the bin", flow_section, true, Part::Of::flow},
-    {"agreement", "Agreement", agreement_section, true, Part::Of::tracks},
-    {"tracks", "Tracks", tracks_section, true, Part::Of::tracks},
-    {"search", "Search", search_section, false},
-    {"rms", "RMS distance against friction", rms_section, true, Part::Of::tracks},
-    {"time-step", "Time step", time_step_section},
-    {"films", "Films and tracking", films_section, false, Part::Of::one},
-    {"method", "Method and definitions", method_section, false},
-    {"provenance", "Provenance", provenance_section, false}};
+    {"parameters", "Parameters", parameters_section, is_finished},
+    {"experiments", "Experiments", experiments_section, is_of_several},
+    {"film-and-simulation", "Film and simulation", side_by_side_section, is_finished_and_of_one},
+    {"compared", "What was compared", compared_section, has_comparisons},
+    {"flow", "Flow", flow_section, has_flow},
+    {"agreement", "Agreement", agreement_section, has_agreement},
+    {"tracks", "Tracks", tracks_section, has_tracks},
+    {"search", "Search", search_section, always},
+    {"time-step", "Time step", time_step_section, is_finished},
+    {"films", "Films and tracking", films_section, is_of_one},
+    {"method", "Method and definitions", method_section, always},
+    {"provenance", "Provenance", provenance_section, always}};
 
 // A section whose files are damaged says so; the others are not affected.
 Json section_view(const Part& part, const RunData& data) {

@@ -48,9 +48,9 @@ Json tiles(const Json& counts) {
 std::string failure_sentence(const RunData& data) {
   const double failures = number(data.result, {"verdicts", "FAIL"});
   if (!(failures > 0.0))
-    return "Whatever does not follow from the thesis's own data is listed in its errata, digits "
-           "and "
-           "all. What could not be confirmed stands first below, with the reason.";
+    return "Every printed value that does not follow from the thesis's own data is in the errata, "
+           "with its digits. Values that could not be confirmed stand first below, with the "
+           "reason.";
   return fmt::format("{} {} unexplained: see the rows marked FAIL.",
                      count(failures),
                      failures == 1.0 ? "discrepancy is" : "discrepancies are");
@@ -64,14 +64,9 @@ Json verdict_view(const RunData& data) {
 }
 
 std::string unit_text(const Json& row) {
-  std::string unit = text(row, {"unit"});
-  if (unit == "-") return "";
+  std::string unit = reports::unit_text(text(row, {"unit"}));
   if (const auto percent = unit.find("percent"); percent != std::string::npos)
     unit.replace(percent, std::string_view("percent").size(), "%");
-  if (unit.size() > 1 && std::isalpha(static_cast<unsigned char>(unit[unit.size() - 2]))) {
-    if (unit.ends_with('2')) unit.replace(unit.size() - 1, 1, "²");
-    if (unit.ends_with('3')) unit.replace(unit.size() - 1, 1, "³");
-  }
   return unit;
 }
 
@@ -93,13 +88,6 @@ std::string simulated_text(const Json& row) {
     text += " " + unit;
   if (std::isfinite(spread)) text += fmt::format(" (n = {})", count(number(row, {"seeds"})));
   return text;
-}
-
-// Names of quantities in the data have underscores.
-std::string where_text(const Json& row) {
-  std::string where = text(row, {"where"});
-  std::replace(where.begin(), where.end(), '_', ' ');
-  return where;
 }
 
 std::string number_text(const Json& row, std::string_view key, int digits) {
@@ -130,7 +118,7 @@ TableView table_of_rows(const Json& target) {
                    {"Verdict", Align::left},
                    {"Note", Align::left}});
   for (const Json& row : list(target, {"rows"})) {
-    table.add_row({where_text(row),
+    table.add_row({spaced(text(row, {"where"})),
                    printed_text(row),
                    number_text(row, "recomputed", 5),
                    simulated_text(row),
@@ -156,7 +144,7 @@ TableView table_of_verdict(const RunData& data, std::string_view verdict, std::s
       if (text(row, {"verdict"}) != verdict) continue;
       const std::string ours = is_simulated ? simulated_text(row) : std::string();
       table.add_row({text(target, {"name"}),
-                     where_text(row),
+                     spaced(text(row, {"where"})),
                      printed_text(row),
                      ours.empty() ? number_text(row, "recomputed", 5) : ours,
                      note_text(row)});
@@ -183,13 +171,6 @@ Section claims_section(const RunData& data) {
   return section;
 }
 
-std::vector<double> numbers_of(const Json& series, std::string_view key) {
-  std::vector<double> values;
-  for (const Json& value : list(series, {key}))
-    values.push_back(value.is_number() ? value.get<double>() : std::nan(""));
-  return values;
-}
-
 // Squares whose colour shows a number.
 Json squares_trace(const Json& series) {
   constexpr std::array<std::string_view, 4> shades = {
@@ -199,9 +180,9 @@ Json squares_trace(const Json& series) {
     scale.push_back({static_cast<double>(i) / (shades.size() - 1), shades[i]});
   return {
       {"type", "heatmap"},
-      {"x", plot_numbers(numbers_of(series, "x"))},
-      {"y", plot_numbers(numbers_of(series, "y"))},
-      {"z", plot_numbers(numbers_of(series, "colour"))},
+      {"x", plot_numbers(numbers(series, {"x"}))},
+      {"y", plot_numbers(numbers(series, {"y"}))},
+      {"z", plot_numbers(numbers(series, {"colour"}))},
       {"colorscale", scale},
       {"xgap", 1},
       {"ygap", 1},
@@ -229,7 +210,7 @@ Json series_trace(const Json& series, std::size_t index, double point_size) {
   const bool ours = at(series, {"ours"}) == true;
   const std::string_view colour = (ours ? our_colours : thesis_colours)[index % our_colours.size()];
   const std::string name = text(series, {"name"});
-  const std::vector<double> x = numbers_of(series, "x"), y = numbers_of(series, "y");
+  const std::vector<double> x = numbers(series, {"x"}), y = numbers(series, {"y"});
   Json trace;
   if (at(series, {"line"}) == true) {
     trace = line(x, y, name, colour);
@@ -237,7 +218,7 @@ Json series_trace(const Json& series, std::size_t index, double point_size) {
   } else {
     trace = points(x, y, name, colour, ours ? "diamond" : "circle", point_size);
   }
-  const std::vector<double> spread = numbers_of(series, "spread");
+  const std::vector<double> spread = numbers(series, {"spread"});
   if (!spread.empty()) {
     trace["error_y"] = {{"type", "data"}, {"array", plot_numbers(spread)}, {"thickness", 1.5}};
   }
@@ -271,7 +252,7 @@ int height_of_picture(const Json& curve) {
   const auto extent = [&](std::string_view key) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const Json& series : list(curve, {"series"})) {
-      for (const double value : numbers_of(series, key)) {
+      for (const double value : numbers(series, {key})) {
         low = std::min(low, value);
         high = std::max(high, value);
       }
@@ -286,9 +267,7 @@ int height_of_picture(const Json& curve) {
 Figure figure_of(const Json& curve) {
   std::vector<std::string> labels;
   for (const Json& series : list(curve, {"series"})) {
-    const std::string of = text(series, {"choice"});
-    if (!of.empty() && std::find(labels.begin(), labels.end(), of) == labels.end())
-      labels.push_back(of);
+    if (const std::string of = text(series, {"choice"}); !of.empty()) add_once(labels, of);
   }
   if (labels.empty()) labels.emplace_back();
   std::vector<FigureChoice> choices;
@@ -325,13 +304,6 @@ std::string chapter_of(const std::string& name) {
     if (letter >= '3' && letter <= '5') return std::string("Chapter ") + letter;
   }
   return "Chapters 1 and 2";
-}
-
-std::string identifier(std::string text) {
-  for (char& letter : text) {
-    if (!std::isalnum(static_cast<unsigned char>(letter))) letter = '-';
-  }
-  return text;
 }
 
 std::vector<Section> chapter_sections(const RunData& data) {
@@ -383,11 +355,12 @@ Section method_section(const RunData& data) {
   Section section("method", "Method");
   section.add_paragraph(
       "Printed digits come from the thesis's tables and text and are never changed. A recomputed "
-      "value reproduces them when it rounds to the same digits; where it is computed from rounded "
-      "values, the tolerance is what that rounding can do. What does not follow must be in the "
-      "table of errata with the very digits printed and the correct ones; everything else is a "
-      "FAIL. Simulations are ours; seeds change what the thesis leaves open, such as the place of "
-      "a start within one time step: mean ± standard deviation over n seeds.");
+      "value reproduces them when it rounds to the same digits. Where it is computed from rounded "
+      "values, the tolerance is the effect of that rounding. A printed value that does not follow "
+      "must be in the table of errata, with the printed digits and the correct ones. Otherwise it "
+      "is "
+      "a FAIL. Simulations are ours. Their seeds change what the thesis leaves open, such as the "
+      "place of a start within one time step. Shown are mean ± standard deviation over n seeds.");
   section.add_heading("Provenance");
   section.add_code(text(data.run, {"command"}));
   section.add_paragraph(fmt::format(

@@ -37,26 +37,19 @@ Json read_json(const std::filesystem::path& file, std::vector<std::string>& dama
 
 }  // namespace
 
-bool RunData::is_calibration() const {
-  const std::string kind = text(result, {"kind"});
-  return kind != "validation" && kind != "bin_validation";
-}
+bool RunData::is_calibration() const { return !text(result, {"kind"}).ends_with("validation"); }
 
-bool RunData::is_flow() const {
-  const std::string kind = text(result, {"kind"});
-  return kind == "bin_calibration" || kind == "bin_validation";
-}
-
-bool RunData::is_joint() const { return text(result, {"kind"}) == "joint_calibration"; }
+bool RunData::is_of_several() const { return !list(result, {"experiments"}).empty(); }
 
 bool RunData::is_part() const { return !text(result, {"part_of"}).empty(); }
 
 bool RunData::has_held_out() const {
   for (const Json& experiment : list(result, {"experiments"}))
     if (number(experiment, {"held_out_orifices"}) > 0.0) return true;
-  const Json& rows = list(result, {"comparison"});
-  return std::any_of(
-      rows.begin(), rows.end(), [](const Json& row) { return at(row, {"held_out"}) == true; });
+  for (const char* key : {"channels", "comparison"})
+    for (const Json& condition : list(result, {key}))
+      if (at(condition, {"held_out"}) == true) return true;
+  return false;
 }
 
 std::optional<datasets::Table> RunData::table(std::string_view name) const {
@@ -113,6 +106,17 @@ const Json& list(const Json& json, std::initializer_list<std::string_view> path)
   return value.is_array() ? value : empty;
 }
 
+std::vector<double> numbers(const Json& json, std::initializer_list<std::string_view> path) {
+  std::vector<double> values;
+  for (const Json& value : list(json, path)) values.push_back(number(value, {}));
+  return values;
+}
+
+std::string use_of(const RunData& data, const Json& condition) {
+  if (!data.is_calibration()) return "comparison";
+  return at(condition, {"held_out"}) == true ? "prediction" : "calibration";
+}
+
 std::vector<double> column(const datasets::Table& table, std::string_view name) {
   if (table.has(name)) return table.numbers(name);
   return std::vector<double>(table.rows(), std::numeric_limits<double>::quiet_NaN());
@@ -123,6 +127,19 @@ std::vector<std::string> text_column(const datasets::Table& table, std::string_v
   if (!table.has(name)) return cells;
   for (std::size_t row = 0; row < table.rows(); ++row) cells[row] = table.text(row, name);
   return cells;
+}
+
+void add_once(std::vector<std::string>& all, const std::string& text) {
+  if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+}
+
+std::vector<std::string> columns_between(const datasets::Table& table,
+                                         std::string_view first,
+                                         std::string_view last) {
+  const std::vector<std::string>& names = table.columns();
+  const auto begin = std::find(names.begin(), names.end(), first);
+  if (begin == names.end()) return {};
+  return {begin + 1, std::find(begin + 1, names.end(), last)};
 }
 
 std::vector<std::string> compared_quantities(const RunData& data) {

@@ -14,7 +14,7 @@
 
 namespace graintruth::reports {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;  // parameters and hashes stay in the order of their file
 
 struct RunData {
   datasets::RunFolder folder;
@@ -28,9 +28,8 @@ struct RunData {
 
   bool is_under_way() const { return !progress.is_null(); }
   bool is_calibration() const;  // false: a comparison at given parameters
-  bool is_flow() const;         // of what runs out of a bin, not of tracks
-  bool is_joint() const;        // of several experiments, each with a page of its own
-  bool is_part() const;         // of a joint calibration, which has the journal
+  bool is_of_several() const;   // experiments, each with a page of its own
+  bool is_part() const;         // of a calibration of several experiments, which has the journal
   bool has_held_out() const;    // something was predicted that the search never saw
   // tables/<name>.csv; nothing when it is absent or has no rows.
   std::optional<datasets::Table> table(std::string_view name) const;
@@ -48,9 +47,28 @@ std::string text(const Json& json, std::initializer_list<std::string_view> path)
 std::vector<std::string> compared_quantities(const RunData& data);
 // Empty where there is no array.
 const Json& list(const Json& json, std::initializer_list<std::string_view> path);
+// An array of numbers, NaN for every other value in it; empty where there is no array.
+std::vector<double> numbers(const Json& json, std::initializer_list<std::string_view> path);
+// What a condition of the experiment served for: "calibration", "prediction" or "comparison".
+std::string use_of(const RunData& data, const Json& condition);
 
 // A column of numbers; all NaN (or all "") where the table lacks the column.
 std::vector<double> column(const datasets::Table& table, std::string_view name);
 std::vector<std::string> text_column(const datasets::Table& table, std::string_view name);
+// The columns of parameters: those that stand between these two.
+std::vector<std::string> columns_between(const datasets::Table& table,
+                                         std::string_view first,
+                                         std::string_view last);
+
+// Appends a text that is not there yet.
+void add_once(std::vector<std::string>& all, const std::string& text);
+// The element whose member has this value; appended where there is none.
+template <class Element>
+Element& with_key(std::vector<Element>& all, std::string Element::*key, const std::string& value) {
+  for (Element& one : all)
+    if (one.*key == value) return one;
+  all.emplace_back().*key = value;
+  return all.back();
+}
 
 }  // namespace graintruth::reports

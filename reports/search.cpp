@@ -1,10 +1,8 @@
-// How the values were found: the evaluations in their order and in the plane of the two frictions,
-// what the interval rests on, and the root-mean-square distance at fixed frictions, as the thesis
-// chose its own.
+// How the values were found: the evaluations in their order and in the plane of two parameters, and
+// what the intervals rest on.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -16,7 +14,12 @@ namespace graintruth::reports {
 namespace {
 
 struct Evaluations {
-  std::vector<double> number, particle, wall, objective, best;
+  struct Parameter {
+    std::string name;
+    std::vector<double> values;
+  };
+  std::vector<Parameter> varied;  // parameters that the search moved, in the order of the table
+  std::vector<double> number, objective, best;
   std::vector<std::string> stage;
   std::vector<bool> failed;  // some of its simulations did not end well
   std::vector<double> failed_simulations;
@@ -24,19 +27,23 @@ struct Evaluations {
 };
 
 Evaluations read_evaluations(const datasets::Table& table) {
-  Evaluations all{.number = column(table, "evaluation"),
-                  .particle = column(table, "friction_particle_particle"),
-                  .wall = column(table, "friction_particle_wall"),
+  Evaluations all{.varied = {},
+                  .number = column(table, "evaluation"),
                   .objective = column(table, "objective"),
                   .best = column(table, "best"),
                   .stage = text_column(table, "stage"),
                   .failed = {},
                   .failed_simulations = column(table, "failed"),
                   .stages = {}};
+  for (const std::string& name : columns_between(table, "stage", "objective")) {
+    std::vector<double> values = column(table, name);
+    const bool varies = std::any_of(
+        values.begin(), values.end(), [&](double value) { return value != values.front(); });
+    if (varies) all.varied.push_back({name, std::move(values)});
+  }
   for (std::size_t i = 0; i < table.rows(); ++i) {
     all.failed.push_back(all.failed_simulations[i] > 0.0 || !std::isfinite(all.objective[i]));
-    if (std::find(all.stages.begin(), all.stages.end(), all.stage[i]) == all.stages.end())
-      all.stages.push_back(all.stage[i]);
+    add_once(all.stages, all.stage[i]);
   }
   return all;
 }
@@ -98,9 +105,8 @@ Figure convergence_figure(const Evaluations& all) {
   }
   return {.id = "search-convergence",
           .caption =
-              "The objective at every evaluation, and the best so far: a line that is flat long "
-              "before the end "
-              "says that more budget would have found no more.",
+              "The objective of every evaluation, and the best so far. Where the line is flat long "
+              "before the end, a larger budget would hardly have found a better value.",
           .height = 400,
           .layout = {{"xaxis", axis("Evaluation")},
                      {"yaxis",
@@ -110,17 +116,37 @@ Figure convergence_figure(const Evaluations& all) {
           .choices = {choice}};
 }
 
+// One axis of the plane, and where the result lies on it.
+struct Side {
+  std::string title;
+  const std::vector<double>& values;
+  double result;
+};
+
+Side side_of(const RunData& data, const Evaluations::Parameter& parameter) {
+  return {parameter_axis(parameter.name),
+          parameter.values,
+          number(data.result, {"parameters", parameter.name, "value"})};
+}
+
+// The plane of the first two parameters that the search moved; of a single one, against the
+// objective.
 Figure plane_figure(const RunData& data, const Evaluations& all) {
+  const bool is_of_one = all.varied.size() == 1;
+  const Side across = side_of(data, all.varied[0]);
+  const Side up = is_of_one
+                      ? Side{"Objective", all.objective, number(data.result, {"objective", "best"})}
+                      : side_of(data, all.varied[1]);
   std::vector<double> x, y, objective, failed_x, failed_y;
   Json hover = Json::array();
   for (std::size_t i = 0; i < all.objective.size(); ++i) {
     if (all.failed[i]) {
-      failed_x.push_back(all.particle[i]);
-      failed_y.push_back(all.wall[i]);
+      failed_x.push_back(across.values[i]);
+      failed_y.push_back(up.values[i]);
     }
     if (!std::isfinite(all.objective[i])) continue;
-    x.push_back(all.particle[i]);
-    y.push_back(all.wall[i]);
+    x.push_back(across.values[i]);
+    y.push_back(up.values[i]);
     objective.push_back(all.objective[i]);
     hover.push_back(plot_text(fmt::format("evaluation {}, {}: objective {}",
                                           count(all.number[i]),
@@ -150,132 +176,134 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
   if (!failed_x.empty())
     choice.traces.push_back(
         points(failed_x, failed_y, "with failed simulations", "var(--simulated)", "x", 7.0));
-  const double best_x = number(data.result, {"parameters", "friction_particle_particle", "value"});
-  const double best_y = number(data.result, {"parameters", "friction_particle_wall", "value"});
-  if (std::isfinite(best_x) && std::isfinite(best_y)) {
-    Json best = points({best_x}, {best_y}, "result", "rgba(0,0,0,0)", "star", 17.0);
+  if (std::isfinite(across.result) && std::isfinite(up.result)) {
+    Json best = points({across.result}, {up.result}, "result", "rgba(0,0,0,0)", "star", 17.0);
     best["marker"]["line"] = {{"width", 2}, {"color", "var(--simulated)"}};
     choice.traces.push_back(best);
   }
-  return {.id = "search-plane",
-          .caption =
-              "Every evaluation in the plane of the two frictions, dark where the objective is low "
-              "(the scale "
-              "ends at its upper quartile): a long dark valley means that the two trade off "
-              "against each other.",
-          .height = 480,
-          .layout = {{"xaxis", axis("Friction, particle to particle")},
-                     {"yaxis", axis("Friction, particle to wall")}},
-          .menu = "",
-          .choices = {choice}};
+  return {
+      .id = "search-plane",
+      .caption = fmt::format(
+          "Every evaluation, dark where the objective is low (the colours end at its upper "
+          "quartile).{}{}",
+          is_of_one ? ""
+                    : " A long dark valley means that one of the two parameters can make up "
+                      "for the other.",
+          all.varied.size() > 2
+              ? fmt::format(" The search moved {} parameters; the plane shows the first two.",
+                            all.varied.size())
+              : ""),
+      .height = 480,
+      .layout = {{"xaxis", axis(plot_text(across.title))}, {"yaxis", axis(plot_text(up.title))}},
+      .menu = "",
+      .choices = {choice}};
 }
 
-Figure profile_figure(const datasets::Table& table) {
-  struct Profile {
-    std::vector<double> values;
-    std::vector<double> excesses;
-  };
-  const auto names = text_column(table, "parameter");
-  const auto values = column(table, "value");
-  const auto excess = column(table, "excess");
-  const auto allowed = column(table, "allowed_excess");
-  // In units of what is allowed; where nothing is allowed anywhere, as it is.
-  const bool has_limit =
-      std::any_of(allowed.begin(), allowed.end(), [](double a) { return a > 0.0; });
-  // What is far off is allowed nothing at all: above the limit, by its excess in units of the most
-  // that its parameter was allowed.
-  std::map<std::string, double> most_allowed;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    most_allowed[names[i]] = std::fmax(most_allowed[names[i]], allowed[i]);
-  std::map<std::string, Profile> profiles;
-  double lowest = values.empty() ? 0.0 : values.front();
-  double highest = lowest;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    profiles[names[i]].values.push_back(values[i]);
-    // Where nothing is allowed only the best itself has a place beside the others.
-    const double most = most_allowed[names[i]];
-    profiles[names[i]].excesses.push_back(excess[i] == 0.0 || !has_limit ? excess[i]
-                                          : allowed[i] > 0.0             ? excess[i] / allowed[i]
-                                          : most > 0.0                   ? 1.0 + excess[i] / most
-                                                                         : std::nan(""));
-    lowest = std::fmin(lowest, values[i]);
-    highest = std::fmax(highest, values[i]);
-  }
+struct Profile {
+  std::string name;
+  std::vector<double> values, excesses;
+};
+
+// The profiles of the parameters in one unit.
+Figure profile_figure(const std::vector<Profile>& profiles,
+                      const std::string& unit,
+                      bool has_limit) {
   FigureChoice choice;
   std::size_t colour = 0;
-  for (const auto& [name, profile] : profiles) {
-    Json trace =
-        points(profile.values, profile.excesses, parameter_name(name), stage_colour(++colour));
+  double lowest = std::nan(""), highest = lowest;
+  for (const auto& [name, values, excesses] : profiles) {
+    if (parameter_unit(name) != unit) continue;
+    Json trace = points(values, excesses, parameter_name(name), stage_colour(++colour));
     trace["mode"] = "lines+markers";
     choice.traces.push_back(trace);
+    for (const double value : values) {
+      lowest = std::fmin(lowest, value);
+      highest = std::fmax(highest, value);
+    }
   }
   if (has_limit) {
     Json limit = line({lowest, highest}, {1.0, 1.0}, "limit", "var(--ink)", 1.5);
     limit["line"]["dash"] = "dash";
     choice.traces.push_back(limit);
   }
-  return {.id = "search-profile",
-          .caption =
-              has_limit
-                  ? "How much worse the objective is than the best, one parameter at a time, in "
-                    "units of what other replicates and seeds could explain (1 more where that is "
-                    "nothing). Values below the dashed line cannot be told apart from the best: "
-                    "they are the 95 % interval."
-                  : "How much worse the objective is than the best, one parameter at a time. Other "
-                    "replicates and seeds explain none of these differences, so each interval ends "
-                    "at the nearest worse value that was tried.",
-          .height = 400,
-          .layout = {{"xaxis", axis("Parameter value (dimensionless)")},
-                     {"yaxis",
-                      axis(has_limit ? "Excess of the objective / allowed excess"
-                                     : "Excess of the objective")}},
-          .menu = "",
-          .choices = {choice}};
+  return {
+      .id = "search-profile" + (unit.empty() ? "" : "-" + identifier(unit)),
+      .caption =
+          has_limit
+              ? "Excess: how much worse the objective is than the best, for one parameter at a "
+                "time. It is divided by what other replicates and seeds could explain. Where "
+                "they explain nothing, it is divided by the most that they explain elsewhere, "
+                "and 1 is added. Values below the dashed line cannot be told from the best: they "
+                "are the 95 % interval."
+              : "Excess: how much worse the objective is than the best, for one parameter at a "
+                "time. Other replicates and seeds explain none of these differences, so each "
+                "interval ends at the nearest worse value that was tried.",
+      .height = 400,
+      .layout = {{"xaxis", axis(plot_text(value_axis(unit)))},
+                 {"yaxis",
+                  axis(has_limit ? "Excess / allowed excess" : "Excess of the objective")}},
+      .menu = "",
+      .choices = {choice}};
 }
 
-// Section 4.2.2 of the thesis: root-mean-square numbers of its own normalisation, mm.
-struct ThesisRms {
-  double friction;
-  double printed_mm;
-  int place;
-};
-constexpr ThesisRms thesis_rms[] = {{0.0, 1052, 4}, {0.1, 532, 1}, {0.2, 951, 3}, {0.35, 731, 2}};
-
-const ThesisRms* thesis_value(double friction) {
-  for (const ThesisRms& row : thesis_rms)
-    if (std::abs(row.friction - friction) < 1e-9) return &row;
-  return nullptr;
+// One figure a unit.
+void add_profiles(const datasets::Table& table, Section& section) {
+  const auto names = text_column(table, "parameter");
+  const auto values = column(table, "value");
+  const auto excess = column(table, "excess");
+  const auto allowed = column(table, "allowed_excess");
+  // In units of what is allowed; where nothing is allowed anywhere, as it is. What is far off is
+  // allowed nothing at all: above the limit, by its excess in units of the most that its parameter
+  // was allowed. Where that is nothing, only the best itself has a place beside the others.
+  std::map<std::string, double> most_allowed;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    most_allowed[names[i]] = std::fmax(most_allowed[names[i]], allowed[i]);
+  const bool has_limit = std::any_of(
+      most_allowed.begin(), most_allowed.end(), [](const auto& most) { return most.second > 0.0; });
+  std::vector<Profile> profiles;
+  std::vector<std::string> units;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double most = most_allowed[names[i]];
+    const double shown = excess[i] == 0.0 || !has_limit ? excess[i]
+                         : allowed[i] > 0.0             ? excess[i] / allowed[i]
+                         : most > 0.0                   ? 1.0 + excess[i] / most
+                                                        : std::nan("");
+    Profile& profile = with_key(profiles, &Profile::name, names[i]);
+    profile.values.push_back(values[i]);
+    profile.excesses.push_back(shown);
+    add_once(units, parameter_unit(names[i]));
+  }
+  for (const std::string& unit : units)
+    section.add_figure(profile_figure(profiles, unit, has_limit));
 }
 
 // What the form of the objective that was not searched by would have chosen.
 void add_other_objective(const RunData& data, Section& section) {
-  const Json& forms = at(data.result, {"objective", "by_form"});
-  if (!forms.is_array() || forms.size() < 2) return;
+  const Json& forms = list(data.result, {"objective", "by_form"});
+  if (forms.size() < 2) return;
+  std::vector<std::string> requested;
+  if (at(data.result, {"agreement"}).is_object()) requested.emplace_back("one minus the agreement");
+  if (!list(data.result, {"comparison"}).empty())
+    requested.emplace_back(
+        "the distance of Beverloo's C and k and of the kinematic B, in units of their uncertainty");
   section.add_paragraph(fmt::format(
-      "The search went by the {} objective. The smooth one is the distance from what was measured "
-      "in units of its uncertainty; the requested one is {}. Of the evaluations that were made, "
-      "either form prefers:",
+      "The search minimised the {} objective. The smooth one is the distance from what was "
+      "measured, in units of its uncertainty.{} The table shows the evaluation that each of the "
+      "two prefers.",
       text(data.result, {"objective", "form"}),
-      data.is_flow()
-          ? "the distance of Beverloo's C and k and of the kinematic B in units of theirs"
-          : "one minus the agreement"));
-  TableView view("The best evaluation by either form of the objective",
-                 {{"Form", Align::left},
-                  {"Friction between particles"},
-                  {"Friction with the wall"},
-                  {"Restitution"},
-                  {"Smooth objective"},
-                  {"Requested objective"}});
+      requested.empty() ? "" : fmt::format(" The requested one is {}.", joined(requested))));
+  std::vector<TableView::Column> columns = {{"Form", Align::left}};
+  const Json& parameters = at(forms[0], {"parameters"});
+  for (const auto& [name, value] : parameters.items()) columns.push_back({parameter_axis(name)});
+  columns.insert(columns.end(), {{"Smooth objective"}, {"Requested objective"}});
+  TableView view("The best evaluation by either form of the objective", columns);
   for (const Json& best : forms) {
-    const auto parameter = [&](const char* name) {
-      return decimal(number(best, {"parameters", name}), 3);
-    };
-    view.add_row({text(best, {"form"}),
-                  parameter("friction_particle_particle"),
-                  parameter("friction_particle_wall"),
-                  parameter("restitution"),
-                  significant(number(best, {"smooth"}), 3),
-                  significant(number(best, {"requested"}), 3)});
+    std::vector<std::string> cells = {text(best, {"form"})};
+    for (const auto& [name, value] : parameters.items())
+      cells.push_back(significant(number(best, {"parameters", name})));
+    for (const char* form : {"smooth", "requested"})
+      cells.push_back(significant(number(best, {form})));
+    view.add_row(cells);
   }
   section.add_table(view);
 }
@@ -296,19 +324,20 @@ Section search_section(const RunData& data, Section section) {
     const double best = number(data.result, {"objective", "best"});
     if (std::isfinite(best)) {
       section.add_paragraph(fmt::format(
-          "The lowest objective is {}. {}",
+          "Fresh simulations at the parameters of this page have an objective of {}. {}",
           significant(best, 4),
-          std::isfinite(noise) ? fmt::format("Its standard error between lists of seeds is {}: "
-                                             "smaller differences in the figures mean "
-                                             "nothing.",
-                                             significant(noise, 2))
-                               : std::string("How far it varies between seeds was not measured.")));
+          std::isfinite(noise)
+              ? fmt::format("The seeds alone give it a standard error of {}, so "
+                            "smaller differences in the figures mean nothing.",
+                            significant(noise, 2))
+              : std::string("How much it varies between seeds was not measured.")));
     }
     const double truths = number(data.result, {"self_test", "truths"});
     if (std::isfinite(truths)) {
       section.add_paragraph(fmt::format(
-          "Self-test before the search: each of {} parameter sets stood in for the experiment with "
-          "half of its seeds; {} of them were found again among all by the other half.",
+          "Self-test before the search: each of {} parameter sets took the place of the "
+          "experiment, with half of its seeds. The other half of the seeds found {} of them again "
+          "among all.",
           count(truths),
           count(number(data.result, {"self_test", "found"}))));
     }
@@ -317,99 +346,18 @@ Section search_section(const RunData& data, Section section) {
     add_other_objective(data, section);
     section.add_table(stage_table(all));
     section.add_figure(convergence_figure(all));
-    section.add_figure(plane_figure(data, all));
+    if (!all.varied.empty()) section.add_figure(plane_figure(data, all));
   }
   if (!data.is_calibration() || data.is_under_way()) return section;
 
   section.add_heading("What the intervals rest on");
-  const auto profile = data.table("profile");
-  if (profile) {
-    section.add_figure(profile_figure(*profile));
+  if (const auto profile = data.table("profile")) {
+    add_profiles(*profile, section);
   } else {
-    section.add_absence("No profiles (tables/profile.csv) were recorded in this run.");
-  }
-  return section;
-}
-
-Section rms_section(const RunData& data, Section section) {
-  const auto table = data.table("rms_friction");
-  if (!table) {
     section.add_absence(
-        "The distance at fixed frictions (tables/rms_friction.csv) was not computed in this run.");
-    return section;
+        "There are no profiles (tables/profile.csv): no parameter has an interval, or the table is "
+        "absent.");
   }
-  section.add_paragraph(
-      "The thesis chose its friction this way: one value for particles and walls alike, four of "
-      "them tried, the "
-      "smallest root-mean-square distance kept. It printed 532 mm at 0.1, then 731 at 0.35, 951 at "
-      "0.2 and 1052 at 0. "
-      "Its sums are normalised otherwise than ours, so only the order can be compared.");
-  const auto friction = column(*table, "friction");
-  auto rms = column(*table, "rms_position_m");
-  auto spread = column(*table, "spread_m");
-  const auto agreement = column(*table, "agreement_percent");
-  for (double& value : rms) value *= 1000.0;
-  for (double& value : spread) value *= 1000.0;
-
-  TableView view("RMS distance of the simulated from the filmed centres at fixed frictions",
-                 {{"Friction", Align::left},
-                  {"RMS distance (mm)"},
-                  {"Spread over seeds (mm)"},
-                  {"Agreement (Student)"},
-                  {"Place here"},
-                  {"Place in the thesis"},
-                  {"Thesis, its own sum (mm)"}});
-  for (std::size_t i = 0; i < friction.size(); ++i) {
-    const auto better =
-        std::count_if(rms.begin(), rms.end(), [&](double other) { return other < rms[i]; });
-    const ThesisRms* printed = thesis_value(friction[i]);
-    view.add_row({decimal(friction[i], 2),
-                  decimal(rms[i], 1),
-                  decimal(spread[i], 1),
-                  percent(agreement[i]),
-                  std::isfinite(rms[i]) ? std::to_string(better + 1) : std::string(nothing),
-                  printed != nullptr ? std::to_string(printed->place) : std::string(nothing),
-                  printed != nullptr ? decimal(printed->printed_mm, 0) : std::string(nothing)});
-  }
-  section.add_table(view);
-
-  FigureChoice choice;
-  Json ours = points(friction, rms, "this run", "var(--measured-strong)", "circle", 9.0);
-  ours["mode"] = "lines+markers";
-  ours["line"] = {{"color", "var(--measured-strong)"}, {"width", 1.5}};
-  ours["error_y"] = {{"type", "data"}, {"array", plot_numbers(spread)}, {"thickness", 1.5}};
-  choice.traces.push_back(ours);
-  Json shapes = Json::array();
-  Json notes = Json::array();
-  for (const ThesisRms& row : thesis_rms) {
-    shapes.push_back({{"type", "line"},
-                      {"x0", row.friction},
-                      {"x1", row.friction},
-                      {"yref", "paper"},
-                      {"y0", 0},
-                      {"y1", 1},
-                      {"layer", "below"},
-                      {"line", {{"color", "var(--faint)"}, {"width", 1}, {"dash", "dot"}}}});
-    notes.push_back({{"x", row.friction},
-                     {"yref", "paper"},
-                     {"y", 1.0},
-                     {"yanchor", "bottom"},
-                     {"showarrow", false},
-                     {"text", fmt::format("thesis<br>{}", ordinal(row.place))}});
-  }
-  section.add_figure(
-      {.id = "rms-friction",
-       .caption =
-           "RMS distance with its spread over seeds; the dotted lines mark the four frictions that "
-           "the thesis tried and the places in which they came.",
-       .height = 380,
-       .layout = {{"xaxis", axis("Friction, the same for particles and walls")},
-                  {"yaxis", axis("RMS distance (mm)", {{"rangemode", "tozero"}})},
-                  {"shapes", shapes},
-                  {"annotations", notes},
-                  {"showlegend", false}},
-       .menu = "",
-       .choices = {choice}});
   return section;
 }
 

@@ -7,7 +7,13 @@
 namespace graintruth::reports {
 
 Json verdict_view(const RunData& data);  // verdict.mustache: what came out, and how to read it
-// What the flow section shows, in sentences; empty where no flow was compared.
+// Whether the run left what these sections show.
+bool has_comparisons(const RunData& data);
+bool has_tracks(const RunData& data);
+// What section "What was compared" shows, in sentences; without what the agreement and the flow
+// tell.
+std::vector<std::string> compared_sentences(const RunData& data);
+// What the flow section shows; empty where no flow was compared.
 std::vector<std::string> flow_sentences(const RunData& data);
 // What the experiments section shows; empty unless several were calibrated together.
 std::vector<std::string> experiment_sentences(const RunData& data);
@@ -16,12 +22,12 @@ std::vector<std::string> experiment_sentences(const RunData& data);
 // needs cannot be understood.
 Section parameters_section(const RunData& data, Section section);
 Section experiments_section(const RunData& data, Section section);
-Section flow_section(const RunData& data, Section section);
 Section side_by_side_section(const RunData& data, Section section);
+Section compared_section(const RunData& data, Section section);
+Section flow_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);
 Section search_section(const RunData& data, Section section);
-Section rms_section(const RunData& data, Section section);
 Section time_step_section(const RunData& data, Section section);
 Section films_section(const RunData& data, Section section);
 Section provenance_section(const RunData& data, Section section);

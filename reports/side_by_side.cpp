@@ -1,4 +1,4 @@
-// A film and a simulation of it on one clock, for who would rather look than read.
+// A film and a simulation of it, at the same times.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -26,11 +26,13 @@ Json read_list(const datasets::RunFolder& folder) {
 }
 
 std::string words_on_start(const RunData& data) {
-  return data.is_flow() ? "The simulation starts from the bed on this film, with a draw of the "
-                          "error of its tracks; particles that have fallen through are taken out."
-                        : "The simulation starts from the mean of all films' starting places, with "
-                          "a draw of their spread, so that it is no copy of this film but one more "
-                          "of its kind.";
+  if (!list(data.result, {"comparison"}).empty()) {
+    return " The simulation starts from the bed on this film, with a draw of the error of its "
+           "tracks. Particles that have fallen through are taken out.";
+  }
+  if (!at(data.result, {"agreement"}).is_object()) return "";
+  return " The simulation starts from the mean of all films' starting places, with a draw of their "
+         "spread. So it is no copy of this film, but one more of its kind.";
 }
 
 }  // namespace
@@ -39,8 +41,8 @@ Section side_by_side_section(const RunData& data, Section section) {
   const Json pictures = read_list(data.folder);
   if (pictures.is_null()) {
     section.add_absence(
-        "No film was shown beside a simulation in this run (side_by_side.json is absent); without "
-        "films there is none.");
+        "No film was shown beside a simulation in this run (side_by_side.json is absent). This is "
+        "no error where no film was tracked.");
     return section;
   }
   // 1. What is there of the stills
@@ -62,8 +64,8 @@ Section side_by_side_section(const RunData& data, Section section) {
     stills[i]["key"] = i == 0 || i == stills.size() / 2 || i + 1 == stills.size();
   const std::string replicate = text(pictures, {"replicate"});
   section.add_paragraph(fmt::format(
-      "Left the film {} with what was found drawn on it, right one simulation at the parameters of "
-      "this page as the same camera would see it; a particle has the same colour in both. {}",
+      "Left: the film {}, with what was found drawn on it. Right: one simulation at the parameters "
+      "of this page, as the same camera would see it. A particle has the same colour in both.{}",
       replicate,
       words_on_start(data)));
   if (!stills.empty()) {

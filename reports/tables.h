@@ -24,6 +24,7 @@ class TableView {
   void add_total(std::vector<std::string> cells);
   // Leaves out columns in which no row has anything to say.
   void drop_empty_columns();
+  bool is_empty() const { return rows_.empty(); }
   // What table.mustache draws.
   Json view() const;
 

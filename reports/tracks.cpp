@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numbers>
 
@@ -20,13 +21,16 @@ struct Course {
   std::vector<double> simulated, simulated_lower, simulated_upper;
 };
 
-struct ParticleCourses {
-  Course x, z, angle;
+using ParticleCourses = std::map<std::string, Course>;  // by quantity
+
+struct Quantity {
+  std::string_view name, unit;
+  double factor;  // from the unit of the table
 };
+constexpr Quantity all_quantities[] = {
+    {"x", "mm", 1000.0}, {"z", "mm", 1000.0}, {"angle", "°", 180.0 / std::numbers::pi}};
 
 std::map<int, ParticleCourses> read_courses(const datasets::Table& bands) {
-  constexpr double mm_per_m = 1000.0;
-  constexpr double deg_per_rad = 180.0 / std::numbers::pi;
   const auto times = column(bands, "time_s");
   const auto quantities = text_column(bands, "quantity");
   const std::vector<std::pair<std::string, std::vector<double> Course::*>> members = {
@@ -43,19 +47,40 @@ std::map<int, ParticleCourses> read_courses(const datasets::Table& bands) {
 
   std::map<int, ParticleCourses> courses;
   for (std::size_t row = 0; row < bands.rows(); ++row) {
-    ParticleCourses& of_particle = courses[bands.integer(row, "particle")];
-    const std::string& quantity = quantities[row];
-    Course* course = quantity == "x"       ? &of_particle.x
-                     : quantity == "z"     ? &of_particle.z
-                     : quantity == "angle" ? &of_particle.angle
-                                           : nullptr;
-    if (course == nullptr) continue;
-    const double factor = quantity == "angle" ? deg_per_rad : mm_per_m;
-    course->time.push_back(times[row]);
+    const auto* quantity = std::find_if(
+        std::begin(all_quantities), std::end(all_quantities), [&](const Quantity& one) {
+          return one.name == quantities[row];
+        });
+    if (quantity == std::end(all_quantities)) continue;
+    Course& course = courses[bands.integer(row, "particle")][quantities[row]];
+    course.time.push_back(times[row]);
     for (const auto& [name, member] : members)
-      (course->*member).push_back(factor * columns[name][row]);
+      (course.*member).push_back(quantity->factor * columns[name][row]);
   }
   return courses;
+}
+
+// Those that the tracks tell of any particle: single balls have no angle, a heap no x.
+std::vector<Quantity> quantities_of(const std::map<int, ParticleCourses>& courses) {
+  std::vector<Quantity> told;
+  for (const Quantity& quantity : all_quantities) {
+    const bool is_told = std::any_of(courses.begin(), courses.end(), [&](const auto& particle) {
+      const auto course = particle.second.find(std::string(quantity.name));
+      if (course == particle.second.end()) return false;
+      const std::vector<double>& values = course->second.measured;
+      return std::any_of(
+          values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+    });
+    if (is_told) told.push_back(quantity);
+  }
+  return told;
+}
+
+// Empty where the tracks of this particle do not tell it.
+const Course& course_of(const ParticleCourses& particle, const Quantity& quantity) {
+  static const Course none;
+  const auto found = particle.find(std::string(quantity.name));
+  return found == particle.end() ? none : found->second;
 }
 
 double median(std::vector<double> values) {
@@ -85,35 +110,27 @@ double mean_square_difference(const Course& course) {
   return values > 0 ? sum / values : std::nan("");
 }
 
-// Single balls, and some programs' files, tell no angles.
-bool shows_angles(const std::map<int, ParticleCourses>& courses) {
-  return std::any_of(courses.begin(), courses.end(), [](const auto& of_particle) {
-    const std::vector<double>& angles = of_particle.second.angle.measured;
-    return std::any_of(
-        angles.begin(), angles.end(), [](double angle) { return std::isfinite(angle); });
-  });
-}
-
-TableView difference_table(const std::map<int, ParticleCourses>& courses) {
-  std::vector<TableView::Column> columns = {{"Particle", Align::left},
-                                            {"RMS distance (mm)"},
-                                            {"Half-width x (mm)"},
-                                            {"Half-width z (mm)"}};
-  const bool with_angle = shows_angles(courses);
-  if (with_angle) columns.insert(columns.end(), {{"RMS angle (°)"}, {"Half-width angle (°)"}});
-  TableView table(
-      "How far the simulated mean is from the filmed mean, beside the interval it has to hit",
-      columns);
-  for (const auto& [particle, course] : courses) {
-    std::vector<std::string> cells = {
-        std::to_string(particle),
-        decimal(std::sqrt(mean_square_difference(course.x) + mean_square_difference(course.z)), 1),
-        decimal(median_half_width(course.x), 1),
-        decimal(median_half_width(course.z), 1)};
-    if (with_angle) {
-      cells.push_back(decimal(std::sqrt(mean_square_difference(course.angle)), 1));
-      cells.push_back(decimal(median_half_width(course.angle), 1));
+TableView difference_table(const std::map<int, ParticleCourses>& courses,
+                           const std::vector<Quantity>& quantities) {
+  const auto is_angle = [](const Quantity& quantity) { return quantity.name == "angle"; };
+  std::vector<TableView::Column> columns = {{"Particle", Align::left}, {"RMS distance (mm)"}};
+  for (const Quantity& quantity : quantities) {
+    if (is_angle(quantity)) columns.push_back({"RMS angle (°)"});
+    columns.push_back({fmt::format("Half-width {} ({})", quantity.name, quantity.unit)});
+  }
+  TableView table("Distance of the simulated mean from the films' mean, beside the films' interval",
+                  columns);
+  for (const auto& [particle, of_particle] : courses) {
+    double distance = 0.0;
+    std::vector<std::string> cells = {std::to_string(particle), ""};
+    for (const Quantity& quantity : quantities) {
+      const Course& course = course_of(of_particle, quantity);
+      const double square = mean_square_difference(course);
+      if (is_angle(quantity)) cells.push_back(decimal(std::sqrt(square), 1));
+      if (!is_angle(quantity)) distance += square;
+      cells.push_back(decimal(median_half_width(course), 1));
     }
+    cells[1] = decimal(std::sqrt(distance), 1);
     table.add_row(cells);
   }
   return table;
@@ -151,7 +168,7 @@ void add_course(Json& traces, const Course& course, std::string_view y_axis, boo
       band(course.time,
            course.simulated_lower,
            course.simulated_upper,
-           "simulations: one run, ± 1 s",
+           "simulations: one run, ± 1 s.d.",
            "var(--simulated-band)"),
       line(course.time, course.measured, "films: mean", "var(--measured-strong)"),
       line(course.time, course.simulated, "simulations: mean", "var(--simulated)")};
@@ -164,84 +181,57 @@ void add_course(Json& traces, const Course& course, std::string_view y_axis, boo
   }
 }
 
-// The courses of a particle one above the other, each with the name of its axis.
-struct Panel {
-  std::string axis;
-  Course ParticleCourses::*course;
-};
-
-std::vector<Panel> panels(bool with_angle, std::string_view prefix) {
-  std::vector<Panel> all = {{fmt::format("{}x (mm)", prefix), &ParticleCourses::x},
-                            {fmt::format("{}z (mm)", prefix), &ParticleCourses::z}};
-  if (with_angle) all.push_back({fmt::format("{}angle (°)", prefix), &ParticleCourses::angle});
-  return all;
-}
-
 std::string numbered(std::string_view name, std::size_t panel) {
   return panel == 0 ? std::string(name) : fmt::format("{}{}", name, panel + 1);
 }
 
-Json stacked_layout(const std::vector<Panel>& stack) {
+// The courses of a particle one above the other, each as it is or as the difference from the films'
+// mean.
+Figure stacked_figure(const std::map<int, ParticleCourses>& courses,
+                      const std::vector<Quantity>& quantities,
+                      bool is_difference) {
   constexpr double gap = 0.05;
-  const auto count = static_cast<double>(stack.size());
-  const double height = (1.0 - gap * (count - 1.0)) / count;
-  Json layout = {
-      {"xaxis",
-       axis("Time since the start event (s)", {{"anchor", numbered("y", stack.size() - 1)}})}};
-  for (std::size_t panel = 0; panel < stack.size(); ++panel) {
-    const double top = 1.0 - static_cast<double>(panel) * (height + gap);
-    layout[numbered("yaxis", panel)] =
-        axis(stack[panel].axis, {{"domain", {std::max(0.0, top - height), top}}});
-  }
-  return layout;
-}
-
-FigureChoice stacked(int particle,
-                     const ParticleCourses& courses,
-                     const std::vector<Panel>& stack) {
-  FigureChoice choice{.label = std::to_string(particle)};
-  for (std::size_t panel = 0; panel < stack.size(); ++panel)
-    add_course(choice.traces, courses.*stack[panel].course, numbered("y", panel), panel == 0);
-  return choice;
-}
-
-int stacked_height(const std::vector<Panel>& stack) { return 240 * static_cast<int>(stack.size()); }
-
-Figure course_figure(const std::map<int, ParticleCourses>& courses) {
-  const std::vector<Panel> stack = panels(shows_angles(courses), "");
-  std::vector<FigureChoice> choices;
-  for (const auto& [particle, course] : courses)
-    choices.push_back(stacked(particle, course, stack));
-  return {
-      .id = "tracks-over-time",
-      .caption = fmt::format(
-          "Position{} of one particle against time; the dashed line should follow the solid one "
-          "through every bend.",
-          stack.size() > 2 ? " and angle" : ""),
-      .height = stacked_height(stack),
-      .layout = stacked_layout(stack),
+  const auto panels = static_cast<double>(quantities.size());
+  const double height = (1.0 - gap * (panels - 1.0)) / panels;
+  std::vector<std::string> names(quantities.size());
+  std::transform(quantities.begin(), quantities.end(), names.begin(), [](const Quantity& one) {
+    return std::string(one.name);
+  });
+  Figure figure{
+      .id = is_difference ? "tracks-difference" : "tracks-over-time",
+      .caption =
+          is_difference
+              ? "The same as differences from the films' mean. Simulation and films disagree where "
+                "the dashed line leaves the shaded interval."
+              : fmt::format(
+                    "Tracks of one particle against time: {}. The dashed line should follow "
+                    "the solid one.",
+                    joined(names)),
+      .height = 240 * static_cast<int>(quantities.size()),
+      .layout = {{"xaxis",
+                  axis("Time since the start event (s)",
+                       {{"anchor", numbered("y", quantities.size() - 1)}})}},
       .menu = "Particle",
-      .choices = choices};
-}
-
-Figure difference_figure(const std::map<int, ParticleCourses>& courses) {
-  const std::vector<Panel> stack = panels(shows_angles(courses), "Δ");
-  std::vector<FigureChoice> choices;
-  for (const auto& [particle, course] : courses) {
-    choices.push_back(
-        stacked(particle,
-                {from_measured(course.x), from_measured(course.z), from_measured(course.angle)},
-                stack));
+      .choices = {}};
+  for (std::size_t panel = 0; panel < quantities.size(); ++panel) {
+    const double top = 1.0 - static_cast<double>(panel) * (height + gap);
+    figure.layout[numbered("yaxis", panel)] = axis(
+        fmt::format(
+            "{}{} ({})", is_difference ? "Δ" : "", quantities[panel].name, quantities[panel].unit),
+        {{"domain", {std::max(0.0, top - height), top}}});
   }
-  return {.id = "tracks-difference",
-          .caption =
-              "The same as differences from the films' mean: where the dashed line leaves the "
-              "shaded interval, "
-              "simulation and films disagree by more than the replicates do.",
-          .height = stacked_height(stack),
-          .layout = stacked_layout(stack),
-          .menu = "Particle",
-          .choices = choices};
+  for (const auto& [particle, of_particle] : courses) {
+    FigureChoice choice{.label = std::to_string(particle)};
+    for (std::size_t panel = 0; panel < quantities.size(); ++panel) {
+      const Course& course = course_of(of_particle, quantities[panel]);
+      add_course(choice.traces,
+                 is_difference ? from_measured(course) : course,
+                 numbered("y", panel),
+                 panel == 0);
+    }
+    figure.choices.push_back(std::move(choice));
+  }
+  return figure;
 }
 
 // Walls as one line with gaps, mm.
@@ -265,12 +255,12 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
   std::vector<double> start_z;
   Json numbers = Json::array();
   bool first = true;
-  for (const auto& [particle, course] : courses) {
-    if (course.x.time != course.z.time || course.x.time.empty()) continue;
-    Json measured =
-        line(course.x.measured, course.z.measured, "films: mean", "var(--measured-strong)");
-    Json simulated =
-        line(course.x.simulated, course.z.simulated, "simulations: mean", "var(--simulated)");
+  for (const auto& [particle, of_particle] : courses) {
+    const Course &x = course_of(of_particle, all_quantities[0]),
+                 &z = course_of(of_particle, all_quantities[1]);
+    if (x.time != z.time || x.time.empty()) continue;
+    Json measured = line(x.measured, z.measured, "films: mean", "var(--measured-strong)");
+    Json simulated = line(x.simulated, z.simulated, "simulations: mean", "var(--simulated)");
     simulated["line"]["dash"] = "4px,2px";
     for (Json* trace : {&measured, &simulated}) {
       (*trace)["legendgroup"] = (*trace)["name"];
@@ -279,8 +269,8 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
           fmt::format("particle {}: %{{x:.0f}}, %{{y:.0f}} mm<extra></extra>", particle);
       choice.traces.push_back(*trace);
     }
-    start_x.push_back(course.x.measured.front());
-    start_z.push_back(course.z.measured.front());
+    start_x.push_back(x.measured.front());
+    start_z.push_back(z.measured.front());
     numbers.push_back(std::to_string(particle));
     first = false;
   }
@@ -302,8 +292,8 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
   return {
       .id = "tracks-in-the-rig",
       .caption = fmt::format(
-          "Mean paths of all particles in the rig{}: filmed and simulated paths that part show "
-          "where the flow differs, whatever the timing.",
+          "Mean paths of all particles in the rig{}. Paths that part show where films and "
+          "simulations move differently. The figure does not show when.",
           walls.empty() ? " (this run recorded no walls)" : ""),
       .height = 620,
       .layout = {{"xaxis",
@@ -322,23 +312,30 @@ Figure path_figure(const RunData& data, const std::map<int, ParticleCourses>& co
 
 }  // namespace
 
+bool has_tracks(const RunData& data) {
+  if (data.is_under_way()) return false;
+  return at(data.result, {"agreement"}).is_object() ||
+         std::filesystem::exists(data.folder.table("bands"));
+}
+
 Section tracks_section(const RunData& data, Section section) {
   const auto bands = data.table("bands");
   if (!bands || !bands->has("particle")) {
     section.add_absence(
-        "The tracks with their intervals (tables/bands.csv) are absent, so none are drawn here.");
+        "The tracks with their intervals (tables/bands.csv) are absent, so they are not drawn.");
     return section;
   }
   const std::map<int, ParticleCourses> courses = read_courses(*bands);
+  const std::vector<Quantity> quantities = quantities_of(courses);
   section.add_paragraph(
       "Half-widths are those of the films' 95 % interval (Student), the median over the frames. A "
-      "particle with a small "
-      "distance and a wide interval scores well without much being known; one with a narrow "
-      "interval is a hard test.");
-  section.add_table(difference_table(courses));
-  section.add_figure(course_figure(courses));
-  section.add_figure(difference_figure(courses));
-  section.add_figure(path_figure(data, courses));
+      "narrow interval is a hard test. A particle with a wide interval scores well, although the "
+      "films tell little of it.");
+  section.add_table(difference_table(courses, quantities));
+  if (quantities.empty()) return section;
+  for (const bool is_difference : {false, true})
+    section.add_figure(stacked_figure(courses, quantities, is_difference));
+  if (quantities[0].name == "x") section.add_figure(path_figure(data, courses));
   return section;
 }
 

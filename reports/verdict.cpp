@@ -1,4 +1,4 @@
-// The verdict: what came out, in sentences that a reader can repeat to a colleague.
+// The verdict: the results in sentences.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,14 +14,6 @@ namespace graintruth::reports {
 
 namespace {
 
-std::string interval_text(const Json& parameter, std::string_view join) {
-  const double lower = number(parameter, {"lower"});
-  const double upper = number(parameter, {"upper"});
-  if (!std::isfinite(lower) || !std::isfinite(upper)) return "";
-  const int decimals = decimals_of_interval(lower, upper);
-  return fmt::format("{}{}{}", decimal(lower, decimals), join, decimal(upper, decimals));
-}
-
 std::string confidence_text(const Json& parameter) {
   const double confidence = number(parameter, {"confidence"});
   if (!std::isfinite(confidence)) return "95\u00a0%";
@@ -30,20 +22,20 @@ std::string confidence_text(const Json& parameter) {
 
 // "95 % interval 0.10 to 0.14", and what the films alone give where priors are counted.
 std::string interval_words(const Json& parameter) {
-  const std::string interval = interval_text(parameter, " to ");
-  if (interval.empty()) return "no interval";
-  const std::string alone = interval_text(at(parameter, {"data_alone"}), " to ");
+  const std::string interval = interval_of(parameter);
+  if (interval == nothing) return "no interval";
+  const std::string alone = interval_of(at(parameter, {"data_alone"}));
   return fmt::format(
       "{} interval {}{}",
       confidence_text(parameter),
       interval,
-      alone.empty() ? "" : fmt::format(" with priors, {} from the films alone", alone));
+      alone == nothing ? "" : fmt::format(" with priors, {} from the films alone", alone));
 }
 
 std::string parameter_detail(const Json& parameter) {
   const std::string status = text(parameter, {"status"});
-  const std::string interval = interval_text(parameter, " to ");
-  if (status == "not_identified" && !interval.empty())
+  const std::string interval = interval_of(parameter);
+  if (status == "not_identified" && interval != nothing)
     return fmt::format("not identified by this experiment; {} by priors", interval);
   if (status == "not_identified") {
     return is_at_bench(parameter)
@@ -97,30 +89,29 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
       tuned.push_back(
           fmt::format("a {} of {} ({})", phrase, value_text(parameter), interval_words(parameter)));
     } else if (status == "at_bound") {
-      others.push_back(
-          fmt::format("The {} ended at the edge of its search bounds, at {}: that is a limit of "
-                      "the search, not a "
-                      "measurement. Widen the bounds and run again.",
-                      phrase,
-                      value_text(parameter)));
+      others.push_back(fmt::format(
+          "The {} ended at the edge of its search bounds, at {}. This is a limit of the "
+          "search and not a measurement. Widen the bounds and run again.",
+          phrase,
+          value_text(parameter)));
     } else if (status == "not_identified") {
       const bool shows_alone =
           number(parameter, {"objective_range"}) > number(parameter, {"objective_range_of_noise"});
-      const std::string reason = shows_alone
-                                     ? "for any of its values others can be found that fit as well"
-                                 : data.is_flow() ? "what flows hardly changes with it"
-                                                  : "the agreement hardly changes with it";
-      const std::string interval = interval_text(parameter, " to ");
+      const char* reason =
+          shows_alone ? "every value of it fits as well, once the other parameters follow it"
+                      : "what was compared hardly changes with it";
+      const std::string interval = interval_of(parameter);
       others.push_back(
-          interval.empty()
+          interval == nothing
               ? fmt::format(
-                    "The {} is not identified: {}, so it is held at {} {} and has no interval.",
+                    "The {} is not identified: {}. It is held at {} ({}) and has no interval.",
                     phrase,
                     reason,
-                    is_at_bench(parameter) ? "its bench value" : "the value that fits best,",
-                    value_text(parameter) + (is_at_bench(parameter) ? "" : ","))
+                    is_at_bench(parameter) ? "its bench value" : "the value that fits best",
+                    value_text(parameter))
               : fmt::format(
-                    "The {} is not identified: {}; its value {} and interval {} rest on priors.",
+                    "The {} is not identified: {}. Its value {} and its interval {} rest on "
+                    "priors.",
                     phrase,
                     reason,
                     value_text(parameter),
@@ -132,7 +123,7 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
   if (!tuned.empty())
     sentences.push_back(fmt::format("{} {}.",
                                     has_priors(data)
-                                        ? "Films and priors together ask for"
+                                        ? "Films and priors together give"
                                         : "The simulation agrees best with the films at",
                                     joined(tuned)));
   sentences.insert(sentences.end(), others.begin(), others.end());
@@ -149,8 +140,7 @@ std::string agreement_sentence(const Json& agreement, const std::vector<std::str
                               : std::string("The simulation");
   return fmt::format(
       "{} lies inside the films' 95 % confidence interval for {} of all values ({} of every "
-      "particle "
-      "in every frame) when the interval is Student's, and for {} in the thesis's form with 1.96.",
+      "particle in every frame), with Student's interval. In the thesis's form with 1.96 it is {}.",
       who,
       percent(student),
       joined(quantities),
@@ -169,10 +159,9 @@ std::string yardstick_sentence(const Json& agreement) {
                                ? ordinal(static_cast<int>(replicates) + 1) + " real replicate"
                                : std::string("further real replicate");
   return fmt::format(
-      "How to read that: 100 % is not to be expected, because {} replicates fix their own mean "
-      "only so well. A perfect "
-      "model averaged over M = {} runs would score {} ({} in the thesis form); a {} would score {} "
-      "({}).",
+      "Even a perfect model would not score 100 %, because the mean of {} replicates is uncertain. "
+      "A perfect model averaged over M = {} runs would score {} ({} in the thesis form). A {} "
+      "would score {} ({}).",
       std::isfinite(replicates) ? count(replicates) : "few",
       count(seeds),
       percent(ceiling),
@@ -182,7 +171,7 @@ std::string yardstick_sentence(const Json& agreement) {
       percent(thesis_left_out));
 }
 
-// Where the score stands between the two yardsticks. Two points are about fifteen of 750 values,
+// The score beside its ceiling and one more replicate. Two points are about fifteen of 750 values,
 // less than neighbouring frames move together.
 std::string standing_sentence(const Json& agreement) {
   constexpr double close_percent = 2.0;
@@ -192,27 +181,24 @@ std::string standing_sentence(const Json& agreement) {
   if (!std::isfinite(score) || !std::isfinite(ceiling)) return "";
   if (score > ceiling + close_percent) {
     return fmt::format(
-        "The score stands {} points above that ceiling. A perfect model would not: either the "
-        "search has fitted the "
-        "mean of these very replicates, or values that move together happened to fall inside "
-        "together.",
+        "The score is {} points above that ceiling. A perfect model would not be: either the "
+        "search fitted the chance mean of these replicates, or values that move together fell "
+        "inside together by chance.",
         decimal(score - ceiling, 1));
   }
   if (score > ceiling - close_percent)
-    return "The score stands at its ceiling: this measure can tell no difference between "
-           "simulation and films.";
+    return "The score is at its ceiling: the agreement shows no difference between simulation and "
+           "films.";
   if (!std::isfinite(left_out) || score >= left_out) {
     return fmt::format(
-        "The score stands {} points below its ceiling{}: the films can still tell the simulation "
-        "from themselves. The "
-        "ranks and tracks below show where.",
+        "The score is {} points below its ceiling{}: simulation and films still differ. The ranks "
+        "and tracks below show where.",
         decimal(ceiling - score, 1),
-        std::isfinite(left_out) ? " and above a further replicate" : "");
+        std::isfinite(left_out) ? " and above that of one more replicate" : "");
   }
   return fmt::format(
-      "The score stands {} points below what one more replicate would reach: simulation and films "
-      "differ by more than "
-      "the films differ among themselves.",
+      "The score is {} points below that of one more replicate: simulation and films differ more "
+      "than the films differ from each other.",
       decimal(left_out - score, 1));
 }
 
@@ -221,22 +207,20 @@ std::string single_run_sentence(const Json& agreement) {
   const double thesis = number(agreement, {"single_run_median_percent"});
   if (!std::isfinite(student) && !std::isfinite(thesis)) return "";
   return fmt::format(
-      "One simulated run alone scores {} in the median ({} in the thesis form); that, not the "
-      "mean, is what to hold "
-      "beside one more replicate.",
+      "One simulated run alone scores {} in the median ({} in the thesis form). Compare this, and "
+      "not the mean, with one more replicate.",
       percent(student),
       percent(thesis));
 }
 
-// Where the run is, and how far.
+// The stage of the run, and how much of it is done.
 std::string progress_sentence(const Json& progress) {
   const double share = number(progress, {"share"});
   const double best = number(progress, {"best"});
   return fmt::format(
       "This run is under way, at the stage \u201c{}\u201d: {} of {} evaluations, about {} done "
-      "after "
-      "{}.{} The page loads itself anew; if nothing changes, "
-      "the run was broken off, and the same command goes on where it was.",
+      "after {}.{} The page reloads itself. If nothing changes, the run was interrupted: give the "
+      "same command again, and it continues.",
       text(progress, {"stage"}),
       count(number(progress, {"evaluations"})),
       count(number(progress, {"budget"})),
@@ -271,18 +255,18 @@ Json verdict_view(const RunData& data) {
                                standing_sentence(agreement),
                                single_run_sentence(agreement)})
     if (!sentence.empty()) sentences.push_back(std::move(sentence));
-  for (std::string& sentence : flow_sentences(data)) sentences.push_back(std::move(sentence));
-  for (std::string& sentence : experiment_sentences(data)) sentences.push_back(std::move(sentence));
-  if (!agreement.is_object() && !data.is_flow() && !data.is_joint())
-    sentences.emplace_back("No agreement with tracks was computed in this run.");
-  if (!data.has_held_out())
+  for (const std::vector<std::string>& more :
+       {compared_sentences(data), flow_sentences(data), experiment_sentences(data)})
+    sentences.insert(sentences.end(), more.begin(), more.end());
+  if (!data.is_calibration()) {
     sentences.emplace_back(
-        data.is_calibration() ? "The same films served to find these values and to score them. "
-                                "Nothing was held out, so this is a "
-                                "calibration and not a validation."
-                              : "The parameters were given; nothing was tuned in this run. Whether "
-                                "the films had a part in finding them, "
-                                "this page cannot know.");
+        "The parameters were given, and nothing was tuned in this run. This page does not know "
+        "whether these films served to find them.");
+  } else if (!data.has_held_out()) {
+    sentences.emplace_back(
+        "The same films served to find these values and to score them. Nothing was held out, so "
+        "this is a calibration and not a validation.");
+  }
   return {{"absence", ""},
           {"tiles", tiles(data)},
           {"sentences", sentences},

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <numbers>
+
+#include "datasets/parameters/parameter.h"
 
 namespace graintruth::reports {
 
@@ -71,20 +75,89 @@ int decimals_of_interval(double lower, double upper) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 6);
 }
 
+std::string to_interval(double value, double lower, double upper) {
+  const double half_width = (upper - lower) / 2.0;
+  const bool shows = half_width >= 1.0e-5 && half_width < 1.0e5;
+  return shows ? decimal(value, decimals_of_interval(lower, upper)) : significant(value);
+}
+
+std::string interval_text(double lower, double upper) {
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return std::string(nothing);
+  return to_interval(lower, lower, upper) + " to " + to_interval(upper, lower, upper);
+}
+
+std::string spaced(std::string_view name) {
+  std::string words(name);
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
 std::string parameter_name(std::string_view key) {
-  if (key == "friction_particle_particle") return "Friction, particle to particle";
-  if (key == "friction_particle_wall") return "Friction, particle to wall";
-  if (key == "restitution") return "Restitution";
-  std::string name(key);
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
+  const auto parameter = datasets::find_parameter(key);
+  return parameter ? parameter->title() : spaced(key);
 }
 
 std::string parameter_phrase(std::string_view key) {
-  if (key == "friction_particle_particle") return "friction between particles";
-  if (key == "friction_particle_wall") return "friction between particles and walls";
-  if (key == "restitution") return "restitution";
-  return parameter_name(key);
+  const auto parameter = datasets::find_parameter(key);
+  return parameter ? parameter->phrase() : spaced(key);
+}
+
+std::string parameter_unit(std::string_view key) {
+  const auto parameter = datasets::find_parameter(key);
+  return parameter ? unit_text(parameter->unit()) : "";
+}
+
+std::string parameter_axis(std::string_view key) {
+  return with_unit(parameter_name(key), parameter_unit(key));
+}
+
+std::string value_axis(std::string_view unit) {
+  return with_unit("Value", unit.empty() ? "dimensionless" : unit);
+}
+
+ShownUnit shown_unit(std::string_view unit) {
+  struct Known {
+    std::string_view unit, shown;
+    double factor;
+  };
+  constexpr double degrees = 180.0 / std::numbers::pi;
+  static constexpr Known known[] = {{"m", "mm", 1e3},
+                                    {"m/s", "mm/s", 1e3},
+                                    {"kg", "g", 1e3},
+                                    {"kg/s", "g/s", 1e3},
+                                    {"rad", "°", degrees},
+                                    {"rad/s", "°/s", degrees}};
+  for (const Known& one : known)
+    if (one.unit == unit) return {std::string(one.shown), one.factor};
+  return {unit_text(unit)};
+}
+
+std::string unit_text(std::string_view unit) {
+  if (unit == "-" || unit == "1") return "";
+  std::string text;
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    const bool is_power = i > 0 && std::isalpha(static_cast<unsigned char>(unit[i - 1]));
+    if (is_power && unit[i] == '2') {
+      text += "²";
+    } else if (is_power && unit[i] == '3') {
+      text += "³";
+    } else {
+      text += unit[i];
+    }
+  }
+  return text;
+}
+
+std::string with_unit(std::string_view title, std::string_view unit) {
+  return unit.empty() ? std::string(title) : fmt::format("{} ({})", title, unit);
+}
+
+std::string identifier(std::string_view text) {
+  std::string id(text);
+  for (char& letter : id) {
+    if (!std::isalnum(static_cast<unsigned char>(letter))) letter = '-';
+  }
+  return id;
 }
 
 std::string ordinal(int number) {

@@ -24,6 +24,9 @@ struct ParameterKind {
   Range range;            // of the values that it can have at all
   double usual_lower = 0.0, usual_upper = 0.0;  // bounds of a search, where the user states none
   std::string_view meaning;                     // after "is": "the sliding friction of ..."
+  // In reports, alone and within a sentence; a parameter of a wall has the wall's name after it
+  std::string_view title;   // "Friction, particle to particle"
+  std::string_view phrase;  // "friction between particles"
   // What it is where nothing is stated: the same as another parameter, or else `neutral`.
   std::string_view same_as = {};
   double neutral = 0.0;
@@ -49,6 +52,8 @@ struct Parameter {
   std::string wall;  // of a parameter of a wall; else empty
 
   std::string unit() const { return std::string(kind->unit); }
+  std::string title() const;
+  std::string phrase() const;
 };
 std::optional<Parameter> find_parameter(std::string_view name);
 // As above, of a name that is known to be one. Throws std::logic_error.

@@ -20,7 +20,17 @@ std::size_t place_of(const ParameterKind* kind) {
   return static_cast<std::size_t>(std::find(all.begin(), all.end(), kind) - all.begin());
 }
 
+std::string with_wall(std::string_view words, std::string wall) {
+  if (wall.empty()) return std::string(words);
+  std::replace(wall.begin(), wall.end(), '_', ' ');
+  return std::string(words) + " " + wall;
+}
+
 }  // namespace
+
+std::string Parameter::title() const { return with_wall(kind->title, wall); }
+
+std::string Parameter::phrase() const { return with_wall(kind->phrase, wall); }
 
 std::span<const ParameterKind* const> parameter_kinds() { return all; }
 

@@ -12,6 +12,8 @@ extern constinit const ParameterKind restitution{
     .usual_lower = 0.1,
     .usual_upper = 1.0,
     .meaning = "the rebound speed over the impact speed",
+    .title = "Restitution",
+    .phrase = "restitution",
     .neutral = 1.0,
     .is_always_stated = true,
     .bench_test = "a drop test of the particle",

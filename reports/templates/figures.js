@@ -20,7 +20,8 @@
 
   // What all figures share. A long label on a narrow page is broken into lines instead of squeezing the plot.
   function themed(layout) {
-    const axis = {gridcolor: "var(--grid)", linecolor: "var(--faint)", zerolinecolor: "var(--grid)", automargin: true, ticks: ""};
+    const axis = {gridcolor: "var(--grid)", linecolor: "var(--faint)", zerolinecolor: "var(--grid)", automargin: true, ticks: "",
+                  exponentformat: "power"};
     const made = {
       font: {family: getComputedStyle(root).getPropertyValue("--sans"), size: narrow.matches ? 11 : 13, color: "var(--ink)"},
       paper_bgcolor: "rgba(0,0,0,0)",
@@ -81,11 +82,14 @@
     }
   }
 
-  // Menus of the same kind ("Particle") move together.
+  // Menus of the same kind ("Particle") move together, where they have the same choice.
   function choose(menu) {
+    const chosen = menu.selectedOptions[0].textContent;
     for (const figure of figures) {
       if (!figure.menu || figure.menu.labels[0].textContent !== menu.labels[0].textContent) continue;
-      figure.menu.selectedIndex = menu.selectedIndex;
+      const same = [...figure.menu.options].find((option) => option.textContent === chosen);
+      if (!same) continue;
+      figure.menu.selectedIndex = same.index;
       figure.draw();
     }
   }

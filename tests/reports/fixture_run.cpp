@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,7 +19,7 @@ namespace graintruth::tests {
 
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 using datasets::number_text;
 using datasets::Table;
 
@@ -74,6 +76,7 @@ Json parameter(double value, double lower, double upper, double bench) {
 Json step(double friction, double fraction, double objective, const Json& change, double cpu) {
   return {{"friction_particle_particle", friction},
           {"friction_particle_wall", friction},
+          {"restitution", 0.725},
           {"fraction", fraction},
           {"seconds", 6.25e-5 * fraction},
           {"objective", objective},
@@ -209,7 +212,12 @@ Json tracking() {
   return {{"replicates", replicates}};
 }
 
-void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
+// Tables of tracks; what they show as a channel.
+Json write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
+  // Moment after moment, within a moment x, z and angle of particle after particle
+  std::map<std::string, std::vector<double>> channel;
+  for (const char* key : {"measured", "lower", "upper", "simulated"})
+    channel[key].resize(3 * particles * frames);
   Table bands({"frame",
                "time_s",
                "particle",
@@ -248,6 +256,11 @@ void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
         const double half = scale[q] * (0.12 + 0.3 * t);
         drift[q] += 0.25 * scale[q] * wobble.next();
         const double simulated = mean[q] + drift[q];
+        const std::size_t place = 3 * static_cast<std::size_t>(f * particles + p - 1) + q;
+        channel["measured"][place] = mean[q];
+        channel["lower"][place] = mean[q] - student * half;
+        channel["upper"][place] = mean[q] + student * half;
+        channel["simulated"][place] = simulated;
         rank += std::abs(drift[q]) < half ? 1 : 0;
         rank_student += std::abs(drift[q]) < student * half ? 1 : 0;
         bands.add({std::to_string(f),
@@ -284,6 +297,15 @@ void write_bands(const datasets::RunFolder& folder, Wobble& wobble) {
   datasets::write_csv(folder.table("bands"), bands);
   datasets::write_csv(folder.table("ranks"), ranks);
   datasets::write_csv(folder.table("agreement"), agreement);
+  Json json = {{"observable", "tracks"},
+               {"title", "Tracks"},
+               {"condition", ""},
+               {"unit", "m, m, rad"},
+               {"axis", {{"name", "time"}, {"unit", "s"}, {"values", Json::array()}}},
+               {"held_out", false}};
+  for (int f = 0; f < frames; ++f) json["axis"]["values"].push_back(0.2 * f);
+  for (const auto& [key, values] : channel) json[key] = values;
+  return json;
 }
 
 void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
@@ -323,13 +345,6 @@ void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
                      "5.2"});
   }
   datasets::write_csv(folder.table("evaluations"), evaluations);
-
-  Table rms({"friction", "rms_position_m", "spread_m", "agreement_percent"});
-  rms.add({"0", "0.0213", "0.0009", "31.2"});
-  rms.add({"0.1", "0.0081", "0.0006", "73.4"});
-  rms.add({"0.2", "0.0102", "0.0007", "66.1"});
-  rms.add({"0.35", "0.0178", "0.0011", "40.8"});
-  datasets::write_csv(folder.table("rms_friction"), rms);
 
   Table profile({"parameter", "value", "objective", "excess", "allowed_excess", "compatible"});
   for (const auto& [name, centre] :
@@ -379,12 +394,49 @@ void write_side_by_side(const datasets::RunFolder& folder) {
   write_json(folder.side_by_side_list(), list);
 }
 
-// What a calibration on a bin writes beside parameters, time step and search.
+constexpr double orifices[] = {0.05, 0.1};  // m; the first is held out
+constexpr int columns = 11;                 // across the bed
+
+double place_of(int column) { return 0.014 * (column - 5); }
+double velocity_at(double orifice, double x) { return 2.0 * orifice * std::exp(-400.0 * x * x); }
+
+// The channels of one observable. `interval` is its half width, `error` simulated less measured.
+void add_channels(const char* observable,
+                  const char* title,
+                  const char* unit,
+                  double interval,
+                  double error,
+                  const std::function<double(double orifice, double x)>& measured,
+                  bool is_profile,
+                  Json& channels) {
+  for (const double orifice : orifices) {
+    Json json = {{"observable", observable},
+                 {"title", title},
+                 {"condition", fmt::format("orifice width {:.0f} mm", 1e3 * orifice)},
+                 {"unit", unit},
+                 {"axis",
+                  {{"name", is_profile ? "x" : ""},
+                   {"unit", is_profile ? "m" : ""},
+                   {"values", Json::array()}}},
+                 {"held_out", orifice == orifices[0]}};
+    for (int column = 0; column < (is_profile ? columns : 1); ++column) {
+      const double value = measured(orifice, place_of(column));
+      if (is_profile) json["axis"]["values"].push_back(place_of(column));
+      json["measured"].push_back(value);
+      json["lower"].push_back(value - interval);
+      json["upper"].push_back(value + interval);
+      json["simulated"].push_back(value + error);
+    }
+    channels.push_back(std::move(json));
+  }
+}
+
+// What a flow leaves beside parameters, time step and search.
 void write_flow(const datasets::RunFolder& folder) {
   Json json = result();
-  json["kind"] = "bin_calibration";
   json.erase("agreement");
-  json["objective"]["shares"] = {{"flow_rate", 0.1}, {"remaining", 0.3}, {"velocity_profile", 0.2}};
+  json["objective"]["shares"] = {
+      {"discharge_rate", 0.1}, {"what_stays", 0.3}, {"velocity_profile", 0.2}};
   json["comparison"] = {compared(0.05, true, 0.053, 0.047), compared(0.1, false, 0.15, 0.152)};
   for (const char* source : {"experiment", "simulation"}) {
     json["beverloo"][source] = {{"C", 0.6},
@@ -397,7 +449,6 @@ void write_flow(const datasets::RunFolder& folder) {
                                  {"upper", nullptr},
                                  {"source", source}});
   }
-  write_json(folder.result(), json);
   datasets::Table curves({"orifice_m",
                           "time_s",
                           "filmed_count",
@@ -408,8 +459,8 @@ void write_flow(const datasets::RunFolder& folder) {
                           "simulated_upper"});
   datasets::Table boundaries({"orifice_m", "x_m", "filmed_height_m", "simulated_height_m"});
   datasets::Table profiles({"orifice_m", "x_m", "source", "velocity_m_per_s", "lowest", "highest"});
-  for (const double orifice : {0.05, 0.1}) {
-    for (int i = 0; i <= 10; ++i) {
+  for (const double orifice : orifices) {
+    for (int i = 0; i < columns; ++i) {
       const double count = 1900.0 * orifice * i / 10.0;
       curves.add({cell(orifice),
                   cell(0.1 * i),
@@ -419,9 +470,9 @@ void write_flow(const datasets::RunFolder& folder) {
                   cell(0.95 * count),
                   cell(0.8 * count),
                   cell(1.05 * count)});
-      const double x = 0.014 * (i - 5);
+      const double x = place_of(i);
       boundaries.add({cell(orifice), cell(x), cell(0.5 * std::abs(x)), cell(0.6 * std::abs(x))});
-      const double velocity = 2.0 * orifice * std::exp(-400.0 * x * x);
+      const double velocity = velocity_at(orifice, x);
       for (const char* source : {"experiment", "simulation"}) {
         profiles.add({cell(orifice),
                       cell(x),
@@ -432,12 +483,35 @@ void write_flow(const datasets::RunFolder& folder) {
       }
     }
   }
+  Json& channels = json["channels"];
+  const auto rate = [](double orifice, double) { return 1.5 * orifice; };
+  const auto three = [](double, double) { return 3.0; };
+  add_channels("discharge_rate", "Discharge rate", "kg/s", 0.004, -0.006, rate, false, channels);
+  add_channels("what_stays", "Grains that stay", "-", 2.0, 1.0, three, false, channels);
+  add_channels(
+      "velocity_profile", "Velocity profile", "m/s", 0.02, 0.01, velocity_at, true, channels);
+  write_json(folder.result(), json);
   datasets::write_csv(folder.table("discharge_curves"), curves);
   datasets::write_csv(folder.table("velocity_comparison"), profiles);
   datasets::write_csv(folder.table("stagnant_boundary"), boundaries);
 }
 
 }  // namespace
+
+std::string spoken(std::string page) {
+  const std::string unbreakable = "\u00a0";
+  for (auto place = page.find(unbreakable); place != std::string::npos;
+       place = page.find(unbreakable, place))
+    page.replace(place, unbreakable.size(), " ");
+  return page;
+}
+
+int occurrences(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (auto place = text.find(part); place != std::string::npos; place = text.find(part, place + 1))
+    ++found;
+  return found;
+}
 
 std::filesystem::path empty_folder(const std::string& name) {
   const std::filesystem::path root = std::filesystem::temp_directory_path() /
@@ -451,7 +525,6 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
   const datasets::RunFolder folder = datasets::open_run_folder(root);
   Wobble wobble;
   write_json(folder.run(), run());
-  write_json(folder.result(), result());
   Json measured = {{"replicates", {"rep1", "rep2", "rep3", "rep4", "rep5"}},
                    {"particles", particles}};
   for (int f = 0; f < frames; ++f) measured["frames"].push_back(0.2 * f);
@@ -461,30 +534,31 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
     for (const char* moment : {"first", "last"})
       datasets::write_whole(folder.annotated_frame(fmt::format("rep{}", r), moment), grey_jpeg());
   write_side_by_side(folder);
-  write_bands(folder, wobble);
+  Json json = result();
+  json["channels"].push_back(write_bands(folder, wobble));
+  write_json(folder.result(), json);
   write_search(folder, wobble);
   return folder;
 }
 
 datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
   const datasets::RunFolder folder = write_fixture_run(root);
-  for (const char* name : {"agreement", "ranks", "bands", "rms_friction"})
+  for (const char* name : {"agreement", "ranks", "bands"})
     std::filesystem::remove(folder.table(name));
   write_flow(folder);
   return folder;
 }
 
-datasets::RunFolder write_fixture_joint_run(const std::filesystem::path& root) {
+datasets::RunFolder write_fixture_run_of_several(const std::filesystem::path& root) {
   const datasets::RunFolder folder = write_fixture_run(root);
-  for (const char* name : {"agreement", "ranks", "bands", "rms_friction"})
+  for (const char* name : {"agreement", "ranks", "bands"})
     std::filesystem::remove(folder.table(name));
   for (const auto& file : {folder.measured(), folder.tracking()}) std::filesystem::remove(file);
   Json json = result();
-  json["kind"] = "joint_calibration";
   json.erase("agreement");
   json["experiments"] = {{{"name", "piston"},
                           {"title", "Balls <on> a piston"},
-                          {"compared", "tracks"},
+                          {"compared", Json::array({"tracks"})},
                           {"replicates", 5},
                           {"weight", 1.0},
                           {"objective", 0.3},
@@ -492,7 +566,7 @@ datasets::RunFolder write_fixture_joint_run(const std::filesystem::path& root) {
                           {"ceiling_percent_student_t", 91.4}},
                          {{"name", "bin"},
                           {"title", "Out of a bin"},
-                          {"compared", "flow"},
+                          {"compared", {"discharge_rate", "what_stays"}},
                           {"replicates", 9},
                           {"weight", 2.0},
                           {"objective", 0.35},

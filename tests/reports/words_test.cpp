@@ -35,6 +35,29 @@ TEST(Ordinal, IsAWordThenANumber) {
   EXPECT_EQ(ordinal(22), "22nd");
   EXPECT_EQ(ordinal(111), "111th");
 }
+TEST(ParameterName, IsThatOfTheRegistry) {
+  EXPECT_EQ(parameter_name("friction_particle_particle"), "Friction, particle to particle");
+  EXPECT_EQ(parameter_phrase("friction_particle_wall"), "friction between particles and walls");
+  EXPECT_EQ(parameter_name("friction_particle_column_left"), "Friction, particle to column left");
+  EXPECT_EQ(parameter_phrase("friction_particle_column_left"),
+            "friction between particles and the wall column left");
+  EXPECT_EQ(parameter_name("hardness_of_rain"), "hardness of rain");
+}
+TEST(ShownUnit, IsWhatAReaderExpectsOnAnAxis) {
+  EXPECT_EQ(shown_unit("kg/s").text, "g/s");
+  EXPECT_EQ(shown_unit("m").factor, 1000.0);
+  EXPECT_EQ(shown_unit("kg/m2").text, "kg/m²");
+  EXPECT_EQ(shown_unit("kg/m2").factor, 1.0);
+  EXPECT_EQ(with_unit("Grains", shown_unit("-").text), "Grains");
+  EXPECT_EQ(with_unit("Height", shown_unit("m").text), "Height (mm)");
+}
+TEST(ToInterval, GivesTheDigitsThatAnIntervalLeaves) {
+  EXPECT_EQ(to_interval(0.12345, 0.104, 0.140), "0.123");
+  EXPECT_EQ(to_interval(2.34567e-9, 2e-9, 3e-9), "2.35 × 10⁻⁹");
+  EXPECT_EQ(to_interval(6.89e9, 6e9, 7e9), "6.89 × 10⁹");
+  EXPECT_EQ(interval_text(0.104, 0.140), "0.104 to 0.140");
+  EXPECT_EQ(interval_text(0.104, std::nan("")), "–");
+}
 TEST(Joined, PutsAnAndBeforeTheLast) {
   EXPECT_EQ(joined({"a"}), "a");
   EXPECT_EQ(joined({"a", "b", "c"}), "a, b and c");
