@@ -19,6 +19,12 @@ std::string moment_of(const std::filesystem::path& name) {
   return extension.empty() ? name.stem().string() : extension.substr(1);
 }
 
+// "14 fiducials"; older runs only count them.
+std::string scale_of(const Json& replicate) {
+  const std::string scale = text(replicate, {"scale_from"});
+  return scale.empty() ? count(number(replicate, {"fiducials_found"})) : scale;
+}
+
 TableView film_table(const Json& replicates) {
   TableView table("How well each film could be read",
                   {{"Replicate", Align::left},
@@ -30,7 +36,7 @@ TableView film_table(const Json& replicates) {
                    {"Gaps"},
                    {"Suspected swaps"},
                    {"Scale (px/mm)"},
-                   {"Fiducials"},
+                   {"Scale from", Align::left},
                    {"Calibration residual, RMS (mm)"},
                    {"largest (mm)"},
                    {"left out (mm)"},
@@ -52,7 +58,7 @@ TableView film_table(const Json& replicates) {
                    count(number(replicate, {"gaps"})),
                    count(number(replicate, {"suspected_swaps"})),
                    decimal(number(replicate, {"scale_px_per_mm"}), 3),
-                   count(number(replicate, {"fiducials_found"})),
+                   cell(scale_of(replicate)),
                    decimal(number(replicate, {"calibration_rms_mm"}), 2),
                    decimal(number(replicate, {"calibration_max_mm"}), 2),
                    decimal(number(replicate, {"calibration_leave_one_out_mm"}), 2),
