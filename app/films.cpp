@@ -133,7 +133,7 @@ TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
     require_first_frame(*specs.back(), film);
   }
   if (!filmed && !experiment.measurement.observables.empty())
-    calibrate::make_problem(experiment, films.recordings);
+    calibrate::check_recordings(experiment, films.recordings);
   return films;
 }
 

@@ -106,16 +106,6 @@ void warn_of_step(const Problem& problem, ExperimentResult& result) {
                   check->noise));
 }
 
-// Softer grains than the bench's must be told.
-void warn_of_softness(const Problem& problem, ExperimentResult& result) {
-  if (!(problem.simulated_modulus < problem.experiment.material.elastic_modulus)) return;
-  result.warnings.push_back(fmt::format(
-      "Simulated with an elastic modulus of {:.3g} Pa instead of {:.3g} Pa: the softest at which "
-      "the hardest expected impact overlaps by 1 % of the particle diameter.",
-      problem.simulated_modulus,
-      problem.experiment.material.elastic_modulus));
-}
-
 }  // namespace
 
 CalibrationOptions default_options(std::span<const CalibratedExperiment> experiments) {
@@ -212,7 +202,6 @@ CalibrationResult calibrate(const datasets::Experiment& common,
     own.time_step.time_step = own.confirmed.runs.runs.front().time_step;
     own.influence = influence_of_each(*problem->calibrated, own.evaluations);
     warn_of_step(*problem, own);
-    warn_of_softness(*problem, own);
     result.objective += weight * own.confirmed.objective;
     variance += std::pow(weight * own.objective_noise, 2);
     result.experiments.push_back(std::move(own));

@@ -392,11 +392,28 @@ std::shared_ptr<const ChannelComparison> comparison_of(const Problem& problem,
   return std::make_shared<ChannelComparison>(std::vector{std::move(compared)}, form);
 }
 
+// Whether the recordings tell anything that is compared, of a replicate at least.
+bool anything_is_measured(const Problem& problem) {
+  for (const auto& [place, weight] : problem.observables->compared()) {
+    for (const std::vector<Channel>& channels : problem.measured) {
+      if (channels[place].is_known()) return true;
+    }
+  }
+  return false;
+}
+
 void compare(Problem& problem) {
   const Experiment& experiment = problem.experiment;
+  const auto refuse_scatter = [&] {
+    throw InputError(fmt::format(
+        "{}: no condition that is calibrated on has two replicates; the scatter between replicates "
+        "of the same settings is the only measure of how exactly what is compared is known.",
+        experiment.file.string()));
+  };
   try {
     problem.all = comparison_of(problem, true, datasets::ObjectiveForm::smooth);
   } catch (const std::invalid_argument&) {
+    if (anything_is_measured(problem)) refuse_scatter();
     const Observable& observable = *problem.observables->all().front();
     throw InputError(fmt::format("{}: nothing can be compared; '{}' takes {}.",
                                  experiment.file.string(),
@@ -415,10 +432,7 @@ void compare(Problem& problem) {
     problem.calibrated = comparison_of(problem, false, experiment.objective);
   } catch (const std::invalid_argument&) {
     if (experiment.objective == datasets::ObjectiveForm::requested) refuse_form();
-    throw InputError(fmt::format(
-        "{}: no condition that is calibrated on has two replicates; the scatter between replicates "
-        "of the same settings is the only measure of how exactly what is compared is known.",
-        experiment.file.string()));
+    refuse_scatter();
   }
 }
 
@@ -521,6 +535,11 @@ Problem plan_problem(const Experiment& experiment,
         problem.calibrated_scenes.end(), condition.scenes.begin(), condition.scenes.end());
   }
   return problem;
+}
+
+void check_recordings(const Experiment& experiment, std::span<const Recording> recordings) {
+  check_fit(experiment, recordings);
+  plan_problem(experiment, recordings, engine_named("embedded"));
 }
 
 Problem make_problem(const Experiment& experiment,

@@ -79,6 +79,11 @@ Problem plan_problem(const datasets::Experiment& experiment,
                      std::span<const datasets::Recording> recordings,
                      const Engine& engine = engine_named("embedded"));
 
+// Throws datasets::InputError where recordings do not fit the experiment, whether or not they tell
+// what is to be compared.
+void check_recordings(const datasets::Experiment& experiment,
+                      std::span<const datasets::Recording> recordings);
+
 // The mass of a grain that a scene states by its density, which takes its shape. Throws
 // datasets::InputError for a scene that cannot be built.
 void complete_particle(datasets::Experiment& experiment);

@@ -1,5 +1,7 @@
 #include "calibrate/result_files.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
@@ -59,8 +61,15 @@ void add_confirmed(const Problem& problem, const Confirmed& confirmed, Results& 
   if (shares.size() > 1) {
     for (const auto& [kind, value, weight] : shares) json["objective"]["shares"][kind] = value;
   }
-  if (problem.simulated_modulus < problem.experiment.material.elastic_modulus)
+  const double modulus = problem.experiment.material.elastic_modulus;
+  if (problem.simulated_modulus < modulus) {
     json["simulated_elastic_modulus_pa"] = problem.simulated_modulus;
+    results.warnings.push_back(fmt::format(
+        "Simulated with an elastic modulus of {:.3g} Pa instead of {:.3g} Pa: the softest at which "
+        "the hardest expected impact overlaps by 1 % of the particle diameter.",
+        problem.simulated_modulus,
+        modulus));
+  }
   json["channels"] = channels_json(problem, confirmed);
   for (const auto& observable : problem.observables->all()) {
     if (problem.all->rule_of(observable->name()) != nullptr)

@@ -68,6 +68,7 @@ datasets::Experiment experiment_in(const ThesisData& thesis, const calibrate::Sc
   experiment.particle =
       datasets::particle_of(model, static_cast<int>(bed.scene.bodies.size()));
   datasets::Rig& rig = experiment.rig;
+  rig.scene.is_planar = true;
   for (const datasets::SceneWall& wall : datasets::load_scene(scene_of_rig()).walls) {
     const auto &from = wall.points[0], &to = wall.points[1];
     if (wall.motion.velocity.isZero(0.0)) {

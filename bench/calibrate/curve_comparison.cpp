@@ -1,13 +1,10 @@
 #include "bench/calibrate/curve_comparison.h"
 
-#include <array>
 #include <boost/math/distributions/fisher_f.hpp>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
 #include <limits>
 
-#include "calibrate/ensemble.h"
+#include "bench/calibrate/hopper.h"
 #include "calibrate/hypothesis_tests.h"
 
 namespace graintruth::bench {
@@ -15,18 +12,8 @@ namespace graintruth::bench {
 using calibrate::Evaluation;
 using calibrate::SimulatedRun;
 
-namespace {
-
-double mean_square(std::span<const double> values) {
-  double mean = 0.0;
-  for (const double value : values) mean += value * value / static_cast<double>(values.size());
-  return mean;
-}
-
-}  // namespace
-
 double percent_at(const SimulatedRun& run, double time) {
-  const calibrate::Discharge& discharge = run.bin.discharge;
+  const calibrate::Discharge discharge = discharge_of(run);
   if (discharge.particles == 0) return 0.0;
   return 100.0 * calibrate::discharged_by(discharge, time) / discharge.particles;
 }
@@ -54,7 +41,10 @@ double CurveComparison::objective(std::span<const SimulatedRun> runs) const {
 }
 
 double CurveComparison::loss(std::span<const double> residuals) const {
-  return mean_square(residuals);
+  double mean = 0.0;
+  for (const double value : residuals)
+    mean += value * value / static_cast<double>(residuals.size());
+  return mean;
 }
 
 double CurveComparison::noise(std::span<const SimulatedRun> runs) const {
@@ -71,45 +61,21 @@ calibrate::RunScore CurveComparison::score_run(const SimulatedRun& run, std::siz
   return {objective({&run, 1}), std::numeric_limits<double>::quiet_NaN()};
 }
 
-std::vector<std::vector<double>> CurveComparison::draw_objectives(
-    std::span<const Evaluation> evaluations, const calibrate::BootstrapOptions& options) const {
-  std::vector<std::vector<double>> seen;
-  for (const Evaluation& evaluation : evaluations) seen.push_back(residuals(evaluation.runs));
-  boost::random::mt19937_64 generator(options.seed);
-  boost::random::uniform_int_distribution<std::size_t> which(0, points_.size() - 1);
-  std::vector<std::vector<double>> drawn(static_cast<std::size_t>(options.draws));
-  for (std::vector<double>& objectives : drawn) {
-    // The same points for all evaluations
-    std::vector<std::size_t> chosen(points_.size());
-    for (std::size_t& point : chosen) point = which(generator);
-    for (const std::vector<double>& of_evaluation : seen) {
-      std::vector<double> differences;
-      differences.reserve(chosen.size());
-      for (const std::size_t point : chosen) differences.push_back(of_evaluation[point]);
-      objectives.push_back(mean_square(differences));
-    }
-  }
-  return drawn;
-}
-
 double CurveComparison::significance() const {
   return calibrate::student_t_quantile(0.975, freedom());
 }
 
 double CurveComparison::half_width_of_difference(const Evaluation& first,
                                                  const Evaluation& second,
-                                                 const calibrate::PooledChance& chance,
-                                                 const calibrate::BootstrapOptions& options) const {
-  const std::array<Evaluation, 2> both = {first, second};
-  return significance() *
-         std::hypot(calibrate::difference_deviation(draw_objectives(both, options)),
-                    chance.roughness * std::hypot(first.objective, second.objective));
+                                                 const calibrate::PooledChance& chance) const {
+  const bool first_is_best = first.objective < second.objective;
+  return first_is_best ? allowed_excess(first, second, chance)
+                       : allowed_excess(second, first, chance);
 }
 
 double CurveComparison::allowed_excess(const Evaluation& best,
                                        const Evaluation&,
-                                       const calibrate::PooledChance&,
-                                       const calibrate::BootstrapOptions&) const {
+                                       const calibrate::PooledChance&) const {
   const boost::math::fisher_f distribution(tuned_, freedom());
   return best.objective * tuned_ / freedom() * boost::math::quantile(distribution, 0.95);
 }

@@ -34,24 +34,18 @@ class CurveComparison final : public calibrate::Comparison {
   double noise(std::span<const calibrate::SimulatedRun> runs) const override;
   calibrate::RunScore score_run(const calibrate::SimulatedRun& run,
                                 std::size_t scene) const override;
-  // Objectives of the same evaluations, [draw][evaluation], with points drawn anew: they stand in
-  // for replicates.
-  std::vector<std::vector<double>> draw_objectives(
-      std::span<const calibrate::Evaluation> evaluations,
-      const calibrate::BootstrapOptions& options) const;
   // Of the 95 % interval of a point, in its standard deviations.
   double significance() const;
+  // Of the better of the two.
   double half_width_of_difference(const calibrate::Evaluation& first,
                                   const calibrate::Evaluation& second,
-                                  const calibrate::PooledChance& chance,
-                                  const calibrate::BootstrapOptions& options) const override;
+                                  const calibrate::PooledChance& chance) const override;
   // The joint region of all p parameters of a fit to n points whose error it has to tell itself
   // (Beale 1960):
   //   J - J_min <= J_min p/(n - p) F(0.95; p, n - p)
   double allowed_excess(const calibrate::Evaluation& best,
                         const calibrate::Evaluation& evaluation,
-                        const calibrate::PooledChance& chance,
-                        const calibrate::BootstrapOptions& options) const override;
+                        const calibrate::PooledChance& chance) const override;
   // Null: there is one curve.
   std::unique_ptr<calibrate::Comparison> with_replicates(
       std::span<const calibrate::SimulatedRun> runs) const override;

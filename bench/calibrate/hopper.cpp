@@ -7,7 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibrate/dem_rig.h"
+#include "bench/calibrate/thread_seconds.h"
+#include "calibrate/observables/discharge.h"
 #include "datasets/run_folder.h"
 #include "datasets/store/fingerprint.h"
 
@@ -15,10 +16,9 @@ namespace graintruth::bench {
 
 namespace {
 
-using calibrate::particle_material;
-using calibrate::wall_material;
 namespace fs = std::filesystem;
 
+constexpr int particle_material = 0, wall_material = 1;
 constexpr double gravity = 9.81;        // m/s2
 constexpr double row_pitch = 1.03;      // diameters between the rows of a bed that has yet to fall
 constexpr double stirring_speed = 0.3;  // m/s; largest of a component, so that no lattice lands
@@ -35,18 +35,20 @@ constexpr double steps_per_contact = 16.0;
 constexpr double largest_overlap = 0.3;       // of the radius; where rows fall on rows
 constexpr double longest_run = 6.0 * 3600.0;  // s of processor time
 
-sim::SurfaceTable surfaces_of(const calibrate::ParameterSet& parameters, double rolling_friction) {
+sim::SurfaceTable surfaces_of(double between_particles,
+                              double with_walls,
+                              double restitution,
+                              double rolling_friction) {
   sim::SurfaceTable surfaces;
   surfaces.set(particle_material,
                particle_material,
-               {.friction = parameters.friction_particle_particle,
-                .restitution = parameters.restitution,
+               {.friction = between_particles,
+                .restitution = restitution,
                 .rolling_friction = rolling_friction});
-  surfaces.set(particle_material,
-               wall_material,
-               {.friction = parameters.friction_particle_wall,
-                .restitution = parameters.restitution,
-                .rolling_friction = rolling_friction});
+  surfaces.set(
+      particle_material,
+      wall_material,
+      {.friction = with_walls, .restitution = restitution, .rolling_friction = rolling_friction});
   return surfaces;
 }
 
@@ -57,7 +59,7 @@ sim::Scene closed_box(const Hopper& hopper, std::uint64_t seed) {
   scene.add_material({hopper.youngs_modulus, hopper.poisson_ratio});
   scene.add_material({hopper.youngs_modulus, hopper.poisson_ratio});
   scene.surfaces =
-      surfaces_of({hopper.filling_friction, hopper.filling_friction, filling_restitution}, 0.0);
+      surfaces_of(hopper.filling_friction, hopper.filling_friction, filling_restitution, 0.0);
   const double side = 0.5 * hopper.width, front = 0.5 * hopper.depth, edge = 0.5 * hopper.slot;
   for (const double sign : {-1.0, 1.0}) {
     scene.add_wall(sim::plane_wall({sign * side, 0.0, 0.0}, {-sign, 0.0, 0.0}, {}, wall_material));
@@ -117,66 +119,7 @@ sim::Snapshot fill(const Hopper& hopper, std::uint64_t seed) {
   return simulation.save();
 }
 
-calibrate::SimulatedRun simulate(const Hopper& hopper,
-                                 double rolling_friction,
-                                 double duration,
-                                 const fs::path& folder,
-                                 const calibrate::SimulationRequest& request) {
-  calibrate::SimulatedRun run;
-  const calibrate::DemSimulatorOptions options{.time_limit = longest_run};
-  calibrate::RunGuard guard(options, run);
-
-  // 1. The bed of this seed, settled with the friction of the request
-  sim::Simulation simulation = closed_simulation(hopper, request.seed, request.time_step_fraction);
-  const auto slot = static_cast<int>(simulation.scene_now().walls.size()) - 1;
-  simulation.restore(filled_bed(hopper, request.seed, folder));
-  simulation.set_time_step(time_step_of(request.time_step_fraction));
-  const sim::SurfaceTable surfaces = surfaces_of(request.parameters, rolling_friction);
-  for (const int other : {particle_material, wall_material})
-    simulation.set_surfaces(particle_material, other, surfaces.of(particle_material, other));
-  const double opening = simulation.time() + settling_time;
-  if (!guard.ended_well(simulation.run_until(opening, guard.sampling()))) return run;
-  simulation.open_wall(slot, opening);
-
-  // 2. What has run out, sample by sample
-  datasets::DischargeCurve curve{{0.0}, {0.0}};
-  int taken_out = 0;
-  const auto samples = static_cast<int>(std::ceil(duration / sample_interval));
-  for (int sample = 1; sample <= samples; ++sample) {
-    const double time = sample * sample_interval;
-    if (!guard.ended_well(simulation.run_until(opening + time, guard.sampling()))) return run;
-    std::vector<int> fallen;
-    int below = 0;
-    const std::vector<sim::Vec3>& position = simulation.state().position;
-    for (std::size_t i = 0; i < position.size(); ++i) {
-      below += position[i].z() < 0.0;
-      if (position[i].z() < -hopper.diameter) fallen.push_back(static_cast<int>(i));
-    }
-    curve.time.push_back(time);
-    curve.mass.push_back((taken_out + below) * hopper.particle_mass());
-    if (fallen.empty()) continue;
-    simulation.remove_bodies(fallen);
-    taken_out += static_cast<int>(fallen.size());
-  }
-  run.bin = calibrate::measure_bin(curve, hopper.particles, rig_of(hopper));
-  return run;
-}
-
-}  // namespace
-
-double Hopper::particle_mass() const {
-  return density * std::numbers::pi / 6.0 * diameter * diameter * diameter;
-}
-
-calibrate::BulkRig rig_of(const Hopper& hopper) {
-  return {.width = hopper.width,
-          .orifice = hopper.slot,
-          .particle_area = 0.25 * std::numbers::pi * hopper.diameter * hopper.diameter,
-          .particle_diameter = hopper.diameter,
-          .particle_mass = hopper.particle_mass(),
-          .gravity = gravity};
-}
-
+// Every number of a box and of how it is filled and simulated.
 std::string text_of(const Hopper& hopper) {
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
                      hopper.width,
@@ -198,6 +141,35 @@ std::string text_of(const Hopper& hopper) {
                      sample_interval,
                      filling_step,
                      steps_per_contact);
+}
+
+// Whether a stretch ended well; `run` is told how.
+bool ended_well(const sim::RunSummary& summary,
+                const calibrate::EngineOptions& options,
+                calibrate::EngineRun& run) {
+  using calibrate::RunStatus;
+  if (options.stop && options.stop()) throw calibrate::Interrupted();
+  run.status = summary.status == sim::RunStatus::completed   ? RunStatus::completed
+               : summary.status == sim::RunStatus::timed_out ? RunStatus::timed_out
+                                                             : RunStatus::unstable;
+  run.message = summary.message;
+  if (summary.time_step > 0.0) run.time_step = summary.time_step;
+  return run.status == RunStatus::completed;
+}
+
+}  // namespace
+
+double Hopper::particle_mass() const {
+  return density * std::numbers::pi / 6.0 * diameter * diameter * diameter;
+}
+
+calibrate::BulkRig rig_of(const Hopper& hopper) {
+  return {.width = hopper.width,
+          .orifice = hopper.slot,
+          .particle_area = 0.25 * std::numbers::pi * hopper.diameter * hopper.diameter,
+          .particle_diameter = hopper.diameter,
+          .particle_mass = hopper.particle_mass(),
+          .gravity = gravity};
 }
 
 sim::Snapshot filled_bed(const Hopper& hopper, std::uint64_t seed, const fs::path& folder) {
@@ -235,23 +207,93 @@ BedAtRest look_at_bed(const Hopper& hopper, std::uint64_t seed, const sim::Snaps
   return at_rest;
 }
 
-calibrate::Simulator make_hopper_simulator(const Hopper& hopper,
-                                           double rolling_friction,
-                                           double duration,
-                                           const fs::path& folder) {
-  return [=](const calibrate::SimulationRequest& request) {
-    return simulate(hopper, rolling_friction, duration, folder, request);
+std::string HopperEngine::version() const { return text_of(hopper_); }
+
+calibrate::EngineRun HopperEngine::run(const calibrate::SimulationSpec& spec,
+                                       const calibrate::EngineOptions& options) const {
+  const double started = thread_seconds();
+  calibrate::EngineRun run;
+  sim::Sampling sampling;
+  sampling.should_stop = [&] {
+    return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
   };
+  sim::Simulation simulation = closed_simulation(hopper_, spec.seed, spec.time_step_fraction);
+  const auto go_on_to = [&](double time) {
+    const bool well = ended_well(simulation.run_until(time, sampling), options, run);
+    run.seconds = thread_seconds() - started;
+    return well;
+  };
+
+  // 1. The bed of this seed, settled with the friction of the spec
+  const auto slot = static_cast<int>(simulation.scene_now().walls.size()) - 1;
+  simulation.restore(filled_bed(hopper_, spec.seed, folder_));
+  simulation.set_time_step(time_step_of(spec.time_step_fraction));
+  const sim::SurfaceTable surfaces = surfaces_of(spec.parameters.of("friction_particle_particle"),
+                                                 spec.parameters.of("friction_particle_wall"),
+                                                 spec.parameters.of("restitution"),
+                                                 spec.scene.surfaces.front().rolling_friction);
+  for (const int other : {particle_material, wall_material})
+    simulation.set_surfaces(particle_material, other, surfaces.of(particle_material, other));
+  const double opening = simulation.time() + settling_time;
+  if (!go_on_to(opening)) return run;
+  simulation.open_wall(slot, opening);
+
+  // 2. What has run out, sample by sample
+  datasets::DischargeCurve curve{{0.0}, {0.0}};
+  int taken_out = 0;
+  const auto samples =
+      static_cast<int>(std::ceil(spec.scene.phases.back().duration / sample_interval));
+  for (int sample = 1; sample <= samples; ++sample) {
+    const double time = sample * sample_interval;
+    if (!go_on_to(opening + time)) return run;
+    std::vector<int> fallen;
+    int below = 0;
+    const std::vector<sim::Vec3>& position = simulation.state().position;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      below += position[i].z() < 0.0;
+      if (position[i].z() < -hopper_.diameter) fallen.push_back(static_cast<int>(i));
+    }
+    curve.time.push_back(time);
+    curve.mass.push_back((taken_out + below) * hopper_.particle_mass());
+    if (fallen.empty()) continue;
+    simulation.remove_bodies(fallen);
+    taken_out += static_cast<int>(fallen.size());
+  }
+  run.recording.discharge = std::move(curve);
+  return run;
+}
+
+calibrate::Scene HopperEngine::scene(double rolling_friction, double duration) const {
+  calibrate::SimulationSpec spec{.engine = std::string(name()), .engine_version = version()};
+  spec.scene.surfaces = {{.rolling_friction = rolling_friction}};
+  spec.scene.phases = {{.duration = duration}};
+  return {.problem = calibrate::fingerprint_of(spec),
+          .engine = this,
+          .options = {.time_limit = longest_run},
+          .spec =
+              [spec](const calibrate::ParameterSet& parameters, double fraction, auto seed) {
+                calibrate::SimulationSpec one = spec;
+                one.parameters = parameters;
+                one.time_step_fraction = fraction;
+                one.seed = seed;
+                return one;
+              },
+          .measure =
+              [hopper = hopper_](const datasets::Recording& recording) {
+                const calibrate::Discharge discharge = calibrate::measure_discharge(
+                    *recording.discharge, hopper.particles, rig_of(hopper));
+                std::vector<calibrate::Channel> channels(1);
+                calibrate::put_discharge(discharge, false, channels.front());
+                return channels;
+              }};
 }
 
 calibrate::Discharge discharge_of(const calibrate::SimulatedRun& run) {
-  calibrate::Discharge discharge = run.bin.discharge;
-  if (discharge.times.empty()) return discharge;
-  const double samples = std::ceil(discharge.times.back() / sample_interval) -
-                         std::floor(discharge.times.front() / sample_interval);
-  discharge.together =
-      static_cast<int>(std::ceil(static_cast<double>(discharge.times.size()) / samples));
-  return discharge;
+  if (run.channels.empty()) return {};
+  return calibrate::bulk_from([&](std::string_view observable) {
+           return observable == "discharge_rate" ? &run.channels.front() : nullptr;
+         })
+      .discharge;
 }
 
 }  // namespace graintruth::bench

@@ -5,7 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "calibrate/dem_simulator.h"
+#include "calibrate/bulk_measure.h"
+#include "calibrate/ensemble.h"
 #include "sim/simulation.h"
 
 namespace graintruth::bench {
@@ -33,9 +34,6 @@ struct Hopper {
 // For the measures of a discharge, which know the picture plane alone.
 calibrate::BulkRig rig_of(const Hopper& hopper);
 
-// Every number of it and of how it is simulated: two that differ have other beds and other runs.
-std::string text_of(const Hopper& hopper);
-
 // The bed of a seed at rest on the closed slot: rows of spheres that touch neither each other nor
 // the walls fall with random velocities. Kept as a file of `folder`, and read from there when it is
 // asked for again. Throws std::runtime_error where the filling goes wrong.
@@ -53,18 +51,33 @@ struct BedAtRest {
 };
 BedAtRest look_at_bed(const Hopper& hopper, std::uint64_t seed, const sim::Snapshot& bed);
 
-// A run of `duration` (s) from the bed of the request's seed: settled with the friction of the
-// request and this friction against rolling, on spheres and walls alike, then the slot opened at
-// once over its whole width. A sphere has left when its centre is below the floor, and is taken out
-// a diameter further down.
-calibrate::Simulator make_hopper_simulator(const Hopper& hopper,
-                                           double rolling_friction,
-                                           double duration,
-                                           const std::filesystem::path& folder);
+// Simulates such a box. Of a spec it reads parameters, step and seed, the friction against rolling
+// of the first surfaces, for spheres and walls alike, and the duration of the last phase. From the
+// bed of the seed: settled with the friction of the spec, then the slot opened at once over its
+// whole width. A sphere has left when its centre is below the floor, and is taken out a diameter
+// further down. Records the discharge.
+class HopperEngine final : public calibrate::Engine {
+ public:
+  // Beds are kept in the folder.
+  HopperEngine(const Hopper& hopper, std::filesystem::path folder)
+      : hopper_(hopper), folder_(std::move(folder)) {}
 
-// What ran out of such a run. Runs are sampled, and of one read back from the journal it is no
-// longer known how many leave between two samples: their times say nothing of how regularly they
-// left.
+  std::string_view name() const override { return "hopper"; }
+  // Every number of the box and of how it is simulated: two that differ give other runs.
+  std::string version() const override;
+  double largest_time_step_fraction(const calibrate::SimulationSpec&) const override { return 1.0; }
+  calibrate::EngineRun run(const calibrate::SimulationSpec& spec,
+                           const calibrate::EngineOptions& options) const override;
+
+  // What an ensemble simulates with it: `duration` in s.
+  calibrate::Scene scene(double rolling_friction, double duration) const;
+
+ private:
+  Hopper hopper_;
+  std::filesystem::path folder_;
+};
+
+// What ran out of a run.
 calibrate::Discharge discharge_of(const calibrate::SimulatedRun& run);
 
 }  // namespace graintruth::bench

@@ -13,12 +13,9 @@
 
 #include "bench/calibrate/curve_comparison.h"
 #include "bench/calibrate/hopper.h"
-#include "calibrate/ensemble.h"
-#include "calibrate/hypothesis_tests.h"
 #include "calibrate/optimiser.h"
 #include "calibrate/uncertainty.h"
 #include "datasets/run_folder.h"
-#include "datasets/store/fingerprint.h"
 #include "datasets/table.h"
 
 using namespace graintruth;
@@ -44,8 +41,7 @@ constexpr double plane_step = 0.1;       // of each range
 
 // What is tuned: from hardly rough to as rough as surfaces get. Friction against rolling is among
 // it because spheres on a heap roll sooner than they slide: sliding friction alone hardly decides
-// what stays in the corners. It is no parameter of calibrate::ParameterSet, and so part of the
-// problem there.
+// what stays in the corners. It is no parameter of the registry, and so part of what is simulated.
 struct Tuned {
   const char* name;
   double lower, upper;
@@ -59,7 +55,9 @@ double value_at(const UnitPoint& place, std::size_t d) {
 }
 
 calibrate::ParameterSet parameters_at(const UnitPoint& place) {
-  return {value_at(place, 0), value_at(place, 1), restitution};
+  return {{tuned[0].name, value_at(place, 0)},
+          {tuned[1].name, value_at(place, 1)},
+          {"restitution", restitution}};
 }
 
 std::string text_at(const UnitPoint& place) {
@@ -87,9 +85,8 @@ class Study {
         std::shared_ptr<const bench::CurveComparison> comparison,
         const fs::path& folder,
         int jobs)
-      : hopper_(hopper),
+      : engine_(hopper, folder),
         comparison_(std::move(comparison)),
-        folder_(folder),
         jobs_(jobs),
         journal_(folder / "journal.db") {}
 
@@ -101,14 +98,9 @@ class Study {
     std::vector<Trial> trials(places.size());
     calibrate::parallel_for(static_cast<int>(places.size()), jobs_, [&](int i) {
       const auto k = static_cast<std::size_t>(i);
-      const double rolling = value_at(places[k], 2);
-      const std::string problem = datasets::content_hash(
-          fmt::format("{} {} {}", bench::text_of(hopper_), rolling, duration));
+      const auto executor = calibrate::make_executor("threads", 1);
       calibrate::Ensemble ensemble(
-          {{problem, bench::make_hopper_simulator(hopper_, rolling, duration, folder_)}},
-          journal_,
-          comparison_,
-          1);
+          {engine_.scene(value_at(places[k], 2), duration)}, journal_, comparison_, *executor);
       const calibrate::EvaluationPoint point{parameters_at(places[k]), time_step_fraction};
       trials[k] = {places[k], ensemble.evaluate(stage, {&point, 1}, {&seeds[k], 1}).front()};
       fmt::print("  {:10} {}: {:.2f} points root mean square, {:.0f} s of processor time{}\n",
@@ -125,9 +117,8 @@ class Study {
   const bench::CurveComparison& comparison() const { return *comparison_; }
 
  private:
-  bench::Hopper hopper_;
+  bench::HopperEngine engine_;
   std::shared_ptr<const bench::CurveComparison> comparison_;
-  fs::path folder_;
   int jobs_;
   calibrate::Journal journal_;
 };
@@ -194,8 +185,7 @@ std::vector<Trial> calibrate_frictions(Study& study, std::uint64_t seed) {
 bool is_compatible(const bench::CurveComparison& comparison,
                    const Trial& best,
                    const Trial& trial) {
-  return calibrate::excess_over(comparison, best.evaluation, trial.evaluation, 0.0, {})
-      .is_compatible();
+  return calibrate::excess_over(comparison, best.evaluation, trial.evaluation, {}).is_compatible();
 }
 
 // The best; and of what cannot be told from it, that of least and that of most rolling friction,

@@ -12,8 +12,7 @@
 #include <thread>
 
 #include "bench/calibrate/twins.h"
-#include "calibrate/calibration.h"
-#include "calibrate/dem_simulator.h"
+#include "calibrate/median.h"
 #include "datasets/table.h"
 
 using namespace graintruth;
@@ -50,10 +49,11 @@ class Contest {
         number_(number),
         twin_(bench::make_twin(experiment, study_seed, number)),
         journal_(":memory:"),
-        ensemble_({bench::scene_of(twin_, experiment)}, journal_, twin_.problem.comparison, 1),
-        space_(experiment.tuned, calibrate::bench_parameters(experiment)) {
+        executor_(calibrate::make_executor("threads", 1)),
+        ensemble_(bench::ensemble_of(twin_.problem, journal_, *executor_)),
+        space_(experiment.tuned, datasets::bench_parameters(experiment)) {
     options_.seed = static_cast<std::uint64_t>(number);
-    options_.largest_time_step_fraction = calibrate::largest_time_step_fraction(experiment);
+    options_.largest_time_step_fraction = twin_.problem.largest_time_step_fraction();
     fraction_ = options_.largest_time_step_fraction;
   }
 
@@ -129,28 +129,26 @@ class Contest {
   }
 
   void judge(const char* recipe, int budget, const calibrate::ParameterSet& parameters) {
-    const auto seeds =
-        calibrate::make_seeds(options_.seed, "confirmation", options_.confirmation_seeds);
-    const auto scored = [&](const calibrate::ParameterSet& at) {
-      return calibrate::score(twin_.problem, ensemble_, "judged", {at, fraction_}, seeds);
-    };
-    const calibrate::Score own = scored(parameters);
-    const calibrate::Score at_truth = scored(twin_.truth);
+    const calibrate::Evaluation own = bench::judge({parameters, fraction_}, options_, ensemble_);
+    const calibrate::Evaluation at_truth =
+        bench::judge({twin_.truth, fraction_}, options_, ensemble_);
+    const calibrate::ChannelComparison& agreement = *twin_.problem.calibrated;
     rows_.push_back({std::to_string(number_),
                      recipe,
                      std::to_string(budget),
-                     number_text(own.evaluation.objective),
-                     number_text(at_truth.evaluation.objective),
-                     number_text(own.student.percent),
-                     number_text(at_truth.student.percent),
-                     number_text(parameters.friction_particle_particle),
-                     number_text(twin_.truth.friction_particle_particle)});
+                     number_text(own.objective),
+                     number_text(at_truth.objective),
+                     number_text(agreement.percent_inside(own.runs)),
+                     number_text(agreement.percent_inside(at_truth.runs)),
+                     number_text(parameters.of("friction_particle_particle")),
+                     number_text(twin_.truth.of("friction_particle_particle"))});
   }
 
   const datasets::Experiment& experiment_;
   int number_;
   bench::Twin twin_;
   calibrate::Journal journal_;
+  std::unique_ptr<calibrate::Executor> executor_;
   calibrate::Ensemble ensemble_;
   calibrate::ParameterSpace space_;
   calibrate::CalibrationOptions options_;

@@ -9,8 +9,7 @@
 #include <chrono>
 
 #include "bench/calibrate/twins.h"
-#include "calibrate/calibration.h"
-#include "calibrate/dem_simulator.h"
+#include "calibrate/median.h"
 #include "tests/calibrate/toy_experiment.h"
 
 using namespace graintruth;
@@ -27,17 +26,12 @@ double seconds_of(const std::function<void()>& task) {
 }
 
 // So many simulations at the twin's truth, none of them read back, on `jobs` threads.
-void simulate(const datasets::Experiment& experiment,
-              const bench::Twin& twin,
-              int count,
-              int jobs,
-              std::uint64_t seed) {
+void simulate(const bench::Twin& twin, int count, int jobs, std::uint64_t seed) {
   calibrate::Journal journal(":memory:");
-  calibrate::Ensemble ensemble(
-      {bench::scene_of(twin, experiment)}, journal, twin.problem.comparison, jobs);
-  const std::vector<calibrate::EvaluationPoint> point = {
-      {twin.truth, calibrate::largest_time_step_fraction(experiment)}};
-  ensemble.evaluate("throughput", point, calibrate::make_seeds(seed, "throughput", count));
+  const auto executor = calibrate::make_executor("threads", jobs);
+  const calibrate::EvaluationPoint point{twin.truth, twin.problem.largest_time_step_fraction()};
+  bench::ensemble_of(twin.problem, journal, *executor)
+      .evaluate("throughput", {&point, 1}, calibrate::make_seeds(seed, "throughput", count));
 }
 
 void in_two_processes(const std::function<void(int)>& task) {
@@ -55,18 +49,17 @@ void in_two_processes(const std::function<void(int)>& task) {
 
 int main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::stoi(argv[1]) : 9;
-  const datasets::Experiment experiment = bench::softened_micro_rig();
-  const bench::Twin twin = bench::make_twin_at({0.15, 0.2, 0.8}, experiment, 2000, -1);
+  const bench::Twin twin =
+      bench::make_twin_at(bench::usual_truth(), bench::softened_micro_rig(), 2000, -1);
 
   // 1. Two threads against two processes, as many simulations each
   std::vector<double> ratios;
   for (int round = 0; round < rounds; ++round) {
     const auto seed = static_cast<std::uint64_t>(round);
-    const double threads = seconds_of([&] { simulate(experiment, twin, simulations, 2, seed); });
+    const double threads = seconds_of([&] { simulate(twin, simulations, 2, seed); });
     const double processes = seconds_of([&] {
       in_two_processes([&](int child) {
-        simulate(
-            experiment, twin, simulations / 2, 1, 2 * seed + static_cast<std::uint64_t>(child));
+        simulate(twin, simulations / 2, 1, 2 * seed + static_cast<std::uint64_t>(child));
       });
     });
     ratios.push_back(processes / threads);
@@ -77,13 +70,11 @@ int main(int argc, char** argv) {
 
   // 2. A calibration whose simulations cost next to nothing
   const calibrate::Problem problem = calibrate::toy::problem({.noise = 0.001}, 5, 1);
-  calibrate::Journal journal(":memory:");
-  calibrate::Ensemble ensemble(
-      {{problem.hash, calibrate::toy::simulator(0.001)}}, journal, problem.comparison, 1);
   int simulated = 0;
   const double all = seconds_of([&] {
-    simulated =
-        calibrate::calibrate(problem, ensemble, {.largest_time_step_fraction = 0.05}).simulations;
+    simulated = calibrate::toy::calibrated(
+                    calibrate::toy::engine(0.001), problem, {.largest_time_step_fraction = 0.05})
+                    .simulations;
   });
   fmt::print(
       "all but simulation takes {:.1f} s of a calibration of {} simulations: {:.1f} % if each took "

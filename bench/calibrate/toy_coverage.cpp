@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "calibrate/calibration.h"
+#include "calibrate/median.h"
 #include "datasets/table.h"
 #include "tests/calibrate/toy_experiment.h"
 
@@ -36,15 +37,12 @@ int main(int argc, char** argv) {
     boost::random::mt19937_64 generator(make_seeds(2000, "toy truths", repeat + 1).back());
     boost::random::uniform_real_distribution<double> friction(0.1, 0.5);
     toy::Truth truth{.noise = 0.001};
-    truth.parameters.friction_particle_particle = friction(generator);
-    truth.parameters.friction_particle_wall = friction(generator);
+    for (const char* name : {"friction_particle_particle", "friction_particle_wall"})
+      truth.parameters.set(name, friction(generator));
     const Problem problem = toy::problem(truth, 5, 1000 + seed);
     // 2. Calibrated as films are
-    Journal journal(":memory:");
-    Ensemble ensemble(
-        {Scene{problem.hash, toy::simulator(truth.noise)}}, journal, problem.comparison, 1);
-    const CalibrationResult result =
-        calibrate::calibrate(problem, ensemble, {.seed = seed, .largest_time_step_fraction = 0.05});
+    const CalibrationResult result = toy::calibrated(
+        toy::engine(truth.noise), problem, {.seed = seed, .largest_time_step_fraction = 0.05});
     // 3. Counted
     const std::lock_guard lock(mutex);
     for (const CalibratedParameter& parameter : result.calibrated) {
@@ -52,7 +50,7 @@ int main(int argc, char** argv) {
       Count& count = counts[parameter.name];
       ++count.asked;
       if (!parameter.interval) continue;
-      const double expected = value_of(truth.parameters, parameter.name);
+      const double expected = truth.parameters.of(parameter.name);
       count.held += parameter.interval->lower <= expected && expected <= parameter.interval->upper;
       count.widths.push_back(parameter.interval->upper - parameter.interval->lower);
     }

@@ -5,15 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
 #include <mutex>
 #include <openturns/OT.hxx>
 #include <thread>
 
+#include "bench/calibrate/thread_seconds.h"
 #include "bench/calibrate/twins.h"
-#include "calibrate/calibration.h"
-#include "calibrate/dem_simulator.h"
-#include "datasets/run_folder.h"
+#include "calibrate/median.h"
 #include "datasets/table.h"
 
 using namespace graintruth;
@@ -27,48 +25,38 @@ constexpr int default_twins = 60;
 constexpr int rank_places = 10;
 constexpr double slow_simulation = 0.2;  // s; what all else is compared with
 
-// Processor time of this thread, s.
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1.0e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // Whether the softened particles rank parameters as the true ones do: Spearman's correlation of the
 // objective over a design.
 double rank_correlation(const datasets::Experiment& soft, int jobs) {
   datasets::Experiment stiff = soft;
   stiff.material.elastic_modulus = datasets::load_experiment(soft.file).material.elastic_modulus;
-  const bench::Twin twin = bench::make_twin_at({0.15, 0.2, 0.8}, stiff, study_seed, -1);
+  const bench::Twin twin = bench::make_twin_at(bench::usual_truth(), stiff, study_seed, -1);
   const calibrate::ParameterSpace space(soft.tuned, {});
   const auto seeds = calibrate::make_seeds(study_seed, "rank", 4);
+  const auto executor = calibrate::make_executor("threads", jobs);
   OT::Sample objectives(rank_places, 2);
-  const auto places = calibrate::low_discrepancy_points(rank_places, space.dimension(), study_seed);
   for (unsigned column = 0; column < 2; ++column) {
-    const datasets::Experiment& experiment = column == 0 ? soft : stiff;
-    const calibrate::Simulator simulator =
-        calibrate::make_dem_simulator(experiment, twin.problem.starts, {});
-    const double fraction = calibrate::largest_time_step_fraction(experiment);
-    std::vector<calibrate::SimulatedRun> runs(places.size() * seeds.size());
-    calibrate::parallel_for(static_cast<int>(runs.size()), jobs, [&](int i) {
-      const auto k = static_cast<std::size_t>(i);
-      runs[k] =
-          simulator({space.from_unit(places[k / seeds.size()]), fraction, seeds[k % seeds.size()]});
-    });
-    for (std::size_t place = 0; place < places.size(); ++place) {
-      objectives(place, column) = twin.problem.comparison->objective(
-          std::span(runs).subspan(place * seeds.size(), seeds.size()));
-    }
+    const calibrate::Problem problem =
+        calibrate::make_problem(column == 0 ? soft : stiff, twin.recordings);
+    std::vector<calibrate::EvaluationPoint> points;
+    for (const calibrate::UnitPoint& place :
+         calibrate::low_discrepancy_points(rank_places, space.dimension(), study_seed))
+      points.push_back({space.from_unit(place), problem.largest_time_step_fraction()});
+    calibrate::Journal journal(":memory:");
+    const auto evaluations =
+        bench::ensemble_of(problem, journal, *executor).evaluate("rank", points, seeds);
+    for (std::size_t place = 0; place < evaluations.size(); ++place)
+      objectives(place, column) = evaluations[place].objective;
   }
   return OT::CorrelationAnalysis(objectives.getMarginal(0), objectives.getMarginal(1))
       .computeSpearmanCorrelation()[0];
 }
 
-std::vector<std::string> columns() {
+std::vector<std::string> columns(const datasets::Experiment& experiment) {
   std::vector<std::string> names = {"twin"};
-  for (const std::string_view parameter : calibrate::parameter_names) {
+  for (const datasets::TunedParameter& parameter : experiment.tuned) {
     for (const char* what : {"truth", "value", "lower", "upper", "status"})
-      names.push_back(fmt::format("{}_{}", parameter, what));
+      names.push_back(fmt::format("{}_{}", parameter.name, what));
   }
   for (const char* name : {"agreement_percent",
                            "agreement_at_truth_percent",
@@ -85,38 +73,36 @@ std::vector<std::string> calibrate_twin(const datasets::Experiment& experiment,
                                         int number,
                                         const fs::path& folder) {
   const bench::Twin twin = bench::make_twin(experiment, study_seed, number);
-  const double started = thread_seconds();
-  const fs::path file = folder / fmt::format("twin-{}.db", number);
-  calibrate::Journal journal(file);
-  calibrate::Ensemble ensemble(
-      {bench::scene_of(twin, experiment)}, journal, twin.problem.comparison, 1);
-  calibrate::CalibrationOptions options{.seed = static_cast<std::uint64_t>(number)};
-  options.largest_time_step_fraction = calibrate::largest_time_step_fraction(experiment);
-  const calibrate::CalibrationResult result = calibrate::calibrate(twin.problem, ensemble, options);
-  // The truth's score with the seeds and step of the winner's
-  const calibrate::Score at_truth = calibrate::score(
-      twin.problem,
-      ensemble,
-      "truth",
-      {twin.truth, result.time_step.fraction},
-      calibrate::make_seeds(options.seed, "confirmation", options.confirmation_seeds));
+  const double started = bench::thread_seconds();
+  calibrate::Journal journal(folder / fmt::format("twin-{}.db", number));
+  const auto executor = calibrate::make_executor("threads", 1);
+  const calibrate::CalibratedExperiment one{experiment.name, &twin.problem};
+  calibrate::CalibrationOptions options = calibrate::default_options({&one, 1});
+  options.seed = static_cast<std::uint64_t>(number);
+  const calibrate::CalibrationResult whole =
+      calibrate::calibrate(experiment, {&one, 1}, journal, *executor, {}, options);
+  const calibrate::ExperimentResult& result = whole.experiments.front();
+  calibrate::Ensemble ensemble = bench::ensemble_of(twin.problem, journal, *executor);
+  const calibrate::Evaluation at_truth =
+      bench::judge({twin.truth, result.time_step.fraction}, options, ensemble);
   double processor = 0.0;
   for (const calibrate::JournalRow& row : journal.rows()) processor += row.run.seconds;
-  const double all = thread_seconds() - started;
+  const double all = bench::thread_seconds() - started;
 
   std::vector<std::string> cells = {std::to_string(number)};
   for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
     const auto& interval = parameter.interval;
     cells.insert(cells.end(),
-                 {number_text(calibrate::value_of(twin.truth, parameter.name)),
+                 {number_text(twin.truth.of(parameter.name)),
                   number_text(parameter.value),
                   interval ? number_text(interval->lower) : "",
                   interval ? number_text(interval->upper) : "",
                   std::string(name_of(parameter.status))});
   }
+  const calibrate::ChannelComparison& agreement = *twin.problem.calibrated;
   cells.insert(cells.end(),
-               {number_text(result.score.student.percent),
-                number_text(at_truth.student.percent),
+               {number_text(agreement.percent_inside(result.confirmed.calibrated_runs)),
+                number_text(agreement.percent_inside(at_truth.runs)),
                 std::to_string(result.evaluations.size()),
                 std::to_string(result.simulations),
                 std::to_string(result.failed),
@@ -124,8 +110,6 @@ std::vector<std::string> calibrate_twin(const datasets::Experiment& experiment,
                 number_text(all)});
   return cells;
 }
-
-double median_of(std::vector<double> values) { return calibrate::median(std::move(values)); }
 
 // Gneiting and Raftery (2007), eq 43: width + 2/alpha times what the truth lies outside by.
 double interval_score(double lower, double upper, double truth) {
@@ -158,13 +142,13 @@ void print_parameter(const datasets::Table& table, std::string_view name) {
       held,
       table.rows(),
       without,
-      median_of(widths),
-      median_of(scores),
-      median_of(errors));
+      calibrate::median(widths),
+      calibrate::median(scores),
+      calibrate::median(errors));
 }
 
-void print_summary(const datasets::Table& table) {
-  for (const std::string_view name : calibrate::parameter_names) print_parameter(table, name);
+void print_summary(const datasets::Experiment& experiment, const datasets::Table& table) {
+  for (const datasets::TunedParameter& tuned : experiment.tuned) print_parameter(table, tuned.name);
   int near = 0, most = 0;
   std::vector<double> all, simulation, overhead;
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -181,9 +165,9 @@ void print_summary(const datasets::Table& table) {
       "evaluations at most {}; a calibration takes {:.1f} s of processor time, {:.1f} s of it "
       "simulating; all else is {:.1f} % of simulations that would take {} s each (medians)\n",
       most,
-      median_of(all),
-      median_of(simulation),
-      median_of(overhead),
+      calibrate::median(all),
+      calibrate::median(simulation),
+      calibrate::median(overhead),
       slow_simulation);
 }
 
@@ -219,7 +203,7 @@ int main(int argc, char** argv) {
   }
   std::mutex mutex;
   const auto table = [&] {
-    datasets::Table done(columns());
+    datasets::Table done(columns(experiment));
     for (const auto& row : rows) {
       if (!row.empty()) done.add(row);
     }
@@ -238,6 +222,6 @@ int main(int argc, char** argv) {
     fmt::print("twin {} done\n", number);
     std::fflush(stdout);
   });
-  print_summary(table());
+  print_summary(experiment, table());
   return 0;
 }

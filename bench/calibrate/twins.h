@@ -4,13 +4,13 @@
 
 #include <filesystem>
 
-#include "calibrate/ensemble.h"
-#include "calibrate/problem.h"
+#include "calibrate/calibration.h"
 
 namespace graintruth::bench {
 
 struct Twin {
   calibrate::ParameterSet truth;
+  std::vector<datasets::Recording> recordings;  // of the replicates
   calibrate::Problem problem;
 };
 
@@ -30,7 +30,18 @@ Twin make_twin_at(const calibrate::ParameterSet& truth,
                   std::uint64_t seed,
                   int number);
 
-// What is simulated to fit a twin: the experiment from the twin's own measured starts.
-calibrate::Scene scene_of(const Twin& twin, const datasets::Experiment& experiment);
+// A truth in the middle of what is likely: frictions 0.15 (particles) and 0.2 (wall), restitution
+// 0.8.
+calibrate::ParameterSet usual_truth();
+
+// What is simulated to fit a problem; it must outlive the ensemble.
+calibrate::Ensemble ensemble_of(const calibrate::Problem& problem,
+                                calibrate::Journal& journal,
+                                calibrate::Executor& executor);
+
+// Simulations at a point with the seeds that confirm the winner of a calibration.
+calibrate::Evaluation judge(const calibrate::EvaluationPoint& point,
+                            const calibrate::CalibrationOptions& options,
+                            calibrate::Ensemble& ensemble);
 
 }  // namespace graintruth::bench

@@ -14,6 +14,7 @@
 
 #include "bench/tracking/films.h"
 #include "calibrate/bulk_measure.h"
+#include "calibrate/observables/observable.h"
 #include "datasets/table.h"
 #include "tracking/bed_tracker.h"
 #include "tracking/track_film.h"
@@ -254,8 +255,9 @@ int main(int argc, char** argv) {
     const std::string run = replicate.name.substr(0, std::string("orifice050_rep1").size());
     const Truth truth = read_truth(replicate.video.parent_path() / "truth", run);
     if (!stagnant.x.empty()) {
-      const StagnantFigures f = compare_stagnant(
-          stagnant, truth, calibrate::bulk_rig(experiment, replicate), spec.camera.frame_rate);
+      const calibrate::BulkRig rig =
+          calibrate::bulk_rig({.particle = experiment.particle, .rig = replicate.rig});
+      const StagnantFigures f = compare_stagnant(stagnant, truth, rig, spec.camera.frame_rate);
       fmt::print(
           "{:36} smeared: stagnant boundary off the truth by {:.1f} mm (median), {:.1f} mm (mean), "
           "{:.1f} % within a diameter; its median over the discharge by {:.1f} mm at most; places "

@@ -106,7 +106,7 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     read_source(section, replicate);
     replicate.rig = read_own_rig(section);
     if (!replicate.discharge.empty() && !replicate.rig.opening && !replicate.rig.scene.exit_height)
-      section.fail("discharge", "needs a rig out of which grains run");
+      section.fail("discharge", "is given, but out of this rig no grains run");
     replicate.held_out = section.optional_flag("held_out");
     section.finish();
     replicates.push_back(std::move(replicate));

@@ -121,7 +121,7 @@ TEST(Bulk, RatesAreThoseOfTheDischargeCurves) {
   const ProgramOutcome refused =
       run_program({"calibrate", experiment.string(), "--out", (folder.path() / "c").string()});
   EXPECT_EQ(refused.status, 2);
-  EXPECT_NE(refused.err.find("has two films"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("has two replicates"), std::string::npos) << refused.err;
 }
 
 }  // namespace

@@ -94,15 +94,16 @@ TEST(Documents, ExamplesUseOptionsThatTheirVerbHas) {
 // shows with a unit, or in a list of keys.
 TEST(Documents, TellEveryKeyOfAnExperimentFileAndNoOther) {
   std::string reader;
-  for (const char* file : {"experiment.cpp", "joint_experiment.cpp", "tuned_parameters.cpp"})
+  for (const char* file :
+       {"experiment.cpp", "joint_experiment.cpp", "tuned_parameters.cpp", "scene_particle.cpp"})
     reader += content_of(source() / "datasets" / file);
   for (const char* folder : {"datasets/experiment", "datasets/rigs", "calibrate/observables"})
     for (const auto& entry : std::filesystem::directory_iterator(source() / folder))
       if (entry.path().extension() == ".cpp") reader += content_of(entry.path());
-  Words keys = found(
-      reader,
-      std::regex("(?:quantity|whole_number|texts?|section|sections|rows|numbers|flag|setting)"
-                 "\\(\\s*\"([a-z_]+)\""));
+  Words keys =
+      found(reader,
+            std::regex("(?:quantity|whole_number|texts?|section|sections|rows|numbers|flag|setting)"
+                       "\\(\\s*\"([a-z_]+)\""));
   for (const datasets::ParameterKind* kind : datasets::parameter_kinds())
     if (!kind->is_of_a_wall) keys.insert(std::string(kind->name));
   // {"rod", {"length", "diameter"}}

@@ -246,7 +246,7 @@ TEST_F(WeighedBin, ImpossibleCurvesAreRefusedInOneSentence) {
                  {"experiment.toml:", "replicate.discharge", "none.csv"});
   expect_refusal(
       calibrate(with(track_experiment(), "tracks = \"rep1.csv\"", "discharge = \"wide1.csv\"")),
-      {"wide1.csv", "gives no tracks"});
+      {"experiment.toml:", "'replicate.discharge'", "no grains run"});
   expect_refusal(calibrate(with(text, "name = \"narrow1\"", "scale_px_per_mm = 3")),
                  {"experiment.toml:", "scale_px_per_mm", "only known of tracks"});
 }

@@ -49,7 +49,7 @@ friction_particle_wall = {lower = 0.05, upper = 0.5}
   // 1. One answer, which both experiments repeat
   const nlohmann::json result = json_of(out / "result.json");
   EXPECT_EQ(nlohmann::json::parse(outcome.out), result);
-  EXPECT_EQ(result["kind"], "joint_calibration");
+  EXPECT_EQ(result["kind"], "calibration");
   EXPECT_EQ(result["parameters"]["restitution"]["status"], "fixed");
   double sum = 0.0;
   ASSERT_EQ(result["experiments"].size(), 2U);
