@@ -1,5 +1,5 @@
 // One kind of body on film: found in the first picture, followed into the next ones, drawn over
-// them. A kind is one file with one implementation, and one line in tracking/registry.cpp.
+// them. A kind is one file with one implementation, and one line in tracking/trackers.def.
 #pragma once
 
 #include <map>

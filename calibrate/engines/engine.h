@@ -1,5 +1,5 @@
-// A simulator as the calibration sees it: a spec in, a recording out. An engine is one file; one
-// line of registry.cpp makes it known by its name.
+// A simulator as the calibration sees it: a spec in, a recording out. An engine is one file of this
+// folder; one line of kinds.def makes it known by its name.
 #pragma once
 
 #include <functional>
@@ -52,6 +52,8 @@ class Engine {
 // The engine of this name. Throws datasets::InputError that names those that are known.
 const Engine& engine_named(std::string_view name);
 std::vector<std::string_view> engine_names();
+// Makes an engine known that is not one of the program's own: a study's, or a test's.
+void make_known(const Engine& (*engine)());
 
 // A run that becomes unstable is tried once more at half the time step.
 EngineRun run_with_retry(const Engine& engine,

@@ -1,22 +1,34 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
-
-#include "calibrate/engines/embedded.h"
 #include "calibrate/engines/engine.h"
 #include "datasets/input_error.h"
 
 namespace graintruth::calibrate {
 
+#define KIND(name) const Engine& name();
+#include "calibrate/engines/kinds.def"
+#undef KIND
+
 namespace {
 
-const std::array all = {&embedded_engine};
+using GetEngine = const Engine& (*)();
+
+std::vector<GetEngine>& all() {
+  static std::vector<GetEngine> known = {
+#define KIND(name) &name,
+#include "calibrate/engines/kinds.def"
+#undef KIND
+  };
+  return known;
+}
 
 }  // namespace
 
+void make_known(const Engine& (*engine)()) { all().push_back(engine); }
+
 const Engine& engine_named(std::string_view name) {
-  for (const auto& engine : all) {
+  for (const GetEngine engine : all()) {
     if (engine().name() == name) return engine();
   }
   throw datasets::InputError(fmt::format(
@@ -25,7 +37,7 @@ const Engine& engine_named(std::string_view name) {
 
 std::vector<std::string_view> engine_names() {
   std::vector<std::string_view> names;
-  for (const auto& engine : all) names.push_back(engine().name());
+  for (const GetEngine engine : all()) names.push_back(engine().name());
   return names;
 }
 

@@ -1,5 +1,5 @@
 // Where simulations run: on threads of this machine, or elsewhere. An executor is one file of this
-// folder; one line of registry.cpp makes it known by its name.
+// folder; one line of kinds.def makes it known by its name.
 #pragma once
 
 #include <functional>
@@ -34,6 +34,8 @@ struct ExecutorKind {
   std::unique_ptr<Executor> (*make)(int jobs);
 };
 std::span<const ExecutorKind* const> executor_kinds();
+// Makes one known that is not the program's own: a test's.
+void make_known(const ExecutorKind& kind);
 
 // Throws datasets::InputError for a name that none has.
 std::unique_ptr<Executor> make_executor(std::string_view name, int jobs);

@@ -1,26 +1,35 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
-
-#include "calibrate/executors/kinds.h"
+#include "calibrate/executors/executor.h"
 #include "datasets/input_error.h"
 
 namespace graintruth::calibrate {
 
+#define KIND(name) extern const ExecutorKind name;
+#include "calibrate/executors/kinds.def"
+#undef KIND
+
 namespace {
 
-constexpr std::array all = {
-    &threads_executor,
-};
+std::vector<const ExecutorKind*>& all() {
+  static std::vector<const ExecutorKind*> known = {
+#define KIND(name) &name,
+#include "calibrate/executors/kinds.def"
+#undef KIND
+  };
+  return known;
+}
 
 }  // namespace
 
-std::span<const ExecutorKind* const> executor_kinds() { return all; }
+std::span<const ExecutorKind* const> executor_kinds() { return all(); }
+
+void make_known(const ExecutorKind& kind) { all().push_back(&kind); }
 
 std::unique_ptr<Executor> make_executor(std::string_view name, int jobs) {
   std::vector<std::string_view> names;
-  for (const ExecutorKind* kind : all) {
+  for (const ExecutorKind* kind : all()) {
     if (kind->name == name) return kind->make(jobs);
     names.push_back(kind->name);
   }

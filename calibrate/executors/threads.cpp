@@ -4,7 +4,7 @@
 #include <mutex>
 #include <thread>
 
-#include "calibrate/executors/kinds.h"
+#include "calibrate/executors/executor.h"
 
 namespace graintruth::calibrate {
 

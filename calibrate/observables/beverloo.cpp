@@ -1,6 +1,6 @@
 // Beverloo's C and k, from the rates of all conditions together.
-#include "calibrate/observables/kinds.h"
 #include "calibrate/observables/laws_rule.h"
+#include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {
 

@@ -4,7 +4,7 @@
 #include "calibrate/compare/pooled_rule.h"
 #include "calibrate/observables/discharge.h"
 #include "calibrate/observables/flow_results.h"
-#include "calibrate/observables/kinds.h"
+#include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {
 

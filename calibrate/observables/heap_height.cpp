@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "calibrate/compare/repeated_rule.h"
-#include "calibrate/observables/kinds.h"
 #include "calibrate/observables/moments.h"
+#include "calibrate/observables/observable.h"
 #include "calibrate/observables/track_results.h"
 
 namespace graintruth::calibrate {

@@ -1,6 +1,6 @@
 // The kinematic model's B, from the velocity profile of each condition.
-#include "calibrate/observables/kinds.h"
 #include "calibrate/observables/laws_rule.h"
+#include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {
 

@@ -1,6 +1,6 @@
 // What is measured and compared: an observable makes numbers of a recording, filmed or simulated by
 // the same function, and says how they are compared. An observable is one file of this folder; one
-// line of registry.cpp makes it known by its name.
+// line of kinds.def makes it known by its name.
 #pragma once
 
 #include <functional>

@@ -6,8 +6,8 @@
 #include "calibrate/compare/pooled_rule.h"
 #include "calibrate/compare/repeated_rule.h"
 #include "calibrate/observables/curve_observable.h"
-#include "calibrate/observables/kinds.h"
 #include "calibrate/observables/moments.h"
+#include "calibrate/observables/observable.h"
 #include "datasets/toml_section.h"
 
 namespace graintruth::calibrate {

@@ -4,24 +4,22 @@
 #include <algorithm>
 #include <array>
 
-#include "calibrate/observables/kinds.h"
+#include "calibrate/observables/observable.h"
 #include "datasets/input_error.h"
 #include "datasets/toml_section.h"
 
 namespace graintruth::calibrate {
 
+#define KIND(name) extern const ObservableKind name;
+#include "calibrate/observables/kinds.def"
+#undef KIND
+
 namespace {
 
 constexpr std::array all_kinds = {
-    &tracks_kind,
-    &heap_height_kind,
-    &discharge_rate_kind,
-    &what_stays_kind,
-    &flowing_density_kind,
-    &velocity_profile_kind,
-    &beverloo_kind,
-    &kinematic_kind,
-    &own_curve_kind,
+#define KIND(name) &name,
+#include "calibrate/observables/kinds.def"
+#undef KIND
 };
 
 // A name that is none of these is one of the user's own, if [measure.<name>] says what it is.

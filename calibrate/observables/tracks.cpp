@@ -1,7 +1,7 @@
 // Where every grain is, and how it is turned, at the moments of the comparison.
 #include "calibrate/compare/repeated_rule.h"
-#include "calibrate/observables/kinds.h"
 #include "calibrate/observables/moments.h"
+#include "calibrate/observables/observable.h"
 #include "calibrate/observables/track_results.h"
 
 namespace graintruth::calibrate {

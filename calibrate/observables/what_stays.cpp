@@ -1,7 +1,7 @@
 // How many grains are still there at the end.
 #include "calibrate/compare/pooled_rule.h"
 #include "calibrate/observables/discharge.h"
-#include "calibrate/observables/kinds.h"
+#include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {
 

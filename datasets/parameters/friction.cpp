@@ -1,6 +1,6 @@
 // Coulomb friction of surfaces that slide on each other.
 #include "datasets/parameters/apply.h"
-#include "datasets/parameters/kinds.h"
+#include "datasets/parameters/parameter.h"
 
 namespace graintruth::datasets {
 

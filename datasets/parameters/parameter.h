@@ -1,6 +1,6 @@
 // The registry of parameters: everything that a calibration may move, with its name, its unit, the
 // values that it can have, and what it sets in a scene. One file of this folder defines a
-// parameter, one line of registry.cpp makes it known.
+// parameter, one line of kinds.def makes it known.
 #pragma once
 
 #include <optional>

@@ -2,18 +2,20 @@
 #include <array>
 #include <stdexcept>
 
-#include "datasets/parameters/kinds.h"
 #include "datasets/parameters/parameter.h"
 
 namespace graintruth::datasets {
 
+#define KIND(name) extern const ParameterKind name;
+#include "datasets/parameters/kinds.def"
+#undef KIND
+
 namespace {
 
 constexpr std::array all = {
-    &friction_particle_particle,
-    &friction_particle_wall,
-    &restitution,
-    &friction_particle_surface,
+#define KIND(name) &name,
+#include "datasets/parameters/kinds.def"
+#undef KIND
 };
 
 std::size_t place_of(const ParameterKind* kind) {

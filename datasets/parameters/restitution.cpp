@@ -1,6 +1,6 @@
 // Rebound speed over impact speed.
 #include "datasets/parameters/apply.h"
-#include "datasets/parameters/kinds.h"
+#include "datasets/parameters/parameter.h"
 
 namespace graintruth::datasets {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "datasets/rigs/followed_grains.h"
-#include "datasets/rigs/kinds.h"
+#include "datasets/rigs/rig_kind.h"
 
 namespace graintruth::datasets {
 

@@ -4,18 +4,20 @@
 #include <algorithm>
 #include <array>
 
-#include "datasets/rigs/kinds.h"
 #include "datasets/rigs/rig_kind.h"
 
 namespace graintruth::datasets {
 
+#define KIND(name) extern const RigKind name;
+#include "datasets/rigs/kinds.def"
+#undef KIND
+
 namespace {
 
 constexpr std::array all = {
-    &hopper_column_piston,
-    &flat_bin_orifice,
-    &walls_one_by_one,
-    &scene_of_a_file,
+#define KIND(name) &name,
+#include "datasets/rigs/kinds.def"
+#undef KIND
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // A kind of rig: how [rig] states it, and what data it makes. One file of this folder defines a
-// kind, one line of registry.cpp makes it known.
+// kind, one line of kinds.def makes it known.
 #pragma once
 
 #include <filesystem>

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "datasets/rigs/kinds.h"
+#include "datasets/rigs/rig_kind.h"
 
 namespace graintruth::datasets {
 

@@ -1,6 +1,6 @@
 // Walls stated one by one, and a piston if there is one.
 #include "datasets/rigs/followed_grains.h"
-#include "datasets/rigs/kinds.h"
+#include "datasets/rigs/rig_kind.h"
 
 namespace graintruth::datasets {
 
