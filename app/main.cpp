@@ -35,9 +35,10 @@ void add_common_options(CLI::App& verb,
   verb.add_option(
           "--jobs", options.jobs, "Threads (default: all cores); the result does not depend on it")
       ->check(CLI::Range(1, 1024));
-  verb.add_option("--seed", options.seed, "Seed of every random choice")->capture_default_str();
-  verb.add_flag("--quiet", options.quiet, "No progress line");
-  verb.add_flag("--json", options.json, "Result as JSON on stdout, everything else on stderr");
+  verb.add_option("--seed", options.seed, "Seed of all random choices")->capture_default_str();
+  verb.add_flag("--quiet", options.quiet, "Print no progress line");
+  verb.add_flag(
+      "--json", options.json, "Print the result as JSON on stdout, everything else on stderr");
 }
 
 void add_experiment(CLI::App& verb, std::filesystem::path& experiment) {
@@ -94,14 +95,15 @@ void add_parameters(CLI::App& verb, std::filesystem::path& parameters) {
 }
 
 void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status) {
-  CLI::App& verb =
-      add_verb(program,
-               "evaluate",
-               "One evaluation at given parameters, for programs that drive this one",
-               "evaluate datasets/micro/experiment.toml --parameters trial.toml --json");
+  CLI::App& verb = add_verb(
+      program,
+      "evaluate",
+      "Simulate given parameters and print the objective, for programs that drive this one",
+      "evaluate datasets/micro/experiment.toml --parameters trial.toml --json");
   add_experiment(verb, command.experiment);
   add_parameters(verb, command.parameters);
-  verb.add_option("--runs", command.runs, "Seeds (default: as many as in the search of calibrate)")
+  verb.add_option(
+          "--runs", command.runs, "Number of seeds (default: as in the search of calibrate)")
       ->check(CLI::Range(1, 10000));
   add_common_options(verb, command.common);
   verb.callback([&] { status = run_evaluate(command); });
@@ -110,16 +112,16 @@ void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status)
 void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "check",
-                            "What calibrate will do, what is missing, how long it may take",
+                            "Say what calibrate will do, what is missing and how long it may take",
                             "check datasets/micro/experiment.toml --out out/micro");
   add_experiment(verb, command.experiment);
   verb.add_option("--out", command.common.out, "Folder for the pictures (default: out/<name>)")
       ->type_name("DIR");
   verb.add_option("--budget",
                   command.budget,
-                  "Evaluations that calibrate will be given (default: 120, for a bin 60)")
+                  "Evaluations that you will give to calibrate (default: 120; for a bin 60)")
       ->check(CLI::Range(20, 100000));
-  verb.add_option("--jobs", command.common.jobs, "Threads that calibrate will be given")
+  verb.add_option("--jobs", command.common.jobs, "Threads that you will give to calibrate")
       ->check(CLI::Range(1, 1024));
   verb.callback([&] { status = run_check(command); });
 }
@@ -127,36 +129,38 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
 void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "simulate",
-                            "Run the simulator alone: a scene file, or a deck of the thesis",
+                            "Run the simulator alone on a scene file or a deck of the thesis",
                             "simulate datasets/scenes/conveyor.toml --out out/conveyor --render");
   verb.add_option("scene", command.scene, "Scene file, or a deck of the thesis")
       ->type_name("SCENE")
       ->required();
-  verb.add_option("--sidecar",
-                  command.sidecar,
-                  "What a deck leaves out (default: the .toml beside it, or the bundled one of its "
-                  "name)")
+  verb.add_option(
+          "--sidecar",
+          command.sidecar,
+          "File with what a deck leaves out (default: the .toml beside it, or the bundled one "
+          "with its name)")
       ->type_name("FILE");
-  verb.add_flag("--render", command.render, "Draw the run: simulation.mp4 and simulation.png");
+  verb.add_flag(
+      "--render", command.render, "Draw the simulation: simulation.mp4 and simulation.png");
   verb.add_flag(
       "--povray", command.povray, "Write every frame for the ray tracer POV-Ray (povray/*.pov)");
   verb.add_flag("--paraview", command.paraview, "Write every frame for ParaView (paraview/*.pvd)");
   verb.add_flag("--ovito", command.ovito, "Write every frame for OVITO (dump.lammpstrj)");
   verb.add_option("--time-limit",
                   command.time_limit,
-                  "Seconds after which the simulation ends with what it has")
+                  "End the simulation after so many seconds, with what it has")
       ->check(CLI::PositiveNumber);
   add_common_options(verb, command.common, "out/<scene name>");
   verb.callback([&] { status = run_simulate(command); });
 }
 
 void add_new(CLI::App& program, app::NewCommand& command, int& status) {
-  CLI::App& verb =
-      add_verb(program, "new", "An annotated experiment file to start from", "new micro my-rig");
+  CLI::App& verb = add_verb(
+      program, "new", "Write an experiment file with comments to start from", "new micro my-rig");
   verb.require_subcommand(1);
   const auto add = [&](const char* kind, const char* what, const char* example) {
     CLI::App& part = add_verb(verb, kind, what, example);
-    part.add_option("folder", command.folder, "Where to write experiment.toml")
+    part.add_option("folder", command.folder, "Folder in which experiment.toml is written")
         ->type_name("DIR")
         ->required();
     part.callback([&command, &status, kind] {
@@ -165,7 +169,7 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
     });
   };
   add("micro",
-      "Few particles, each of them tracked (section 4.2 of the thesis)",
+      "Few particles, each of which is followed (section 4.2 of the thesis)",
       "new micro my-rig");
   add("macro",
       "A bin that runs out through orifices of several widths (section 4.3 of the thesis)",
@@ -176,15 +180,15 @@ void add_export(CLI::App& program, app::ExportCommand& command, int& status) {
   CLI::App& verb =
       add_verb(program,
                "export",
-               "The calibrated particle and contact for another engine, or plain tables",
+               "Write the calibrated particle and contact for another engine, or plain tables",
                "export out/micro --to liggghts");
   verb.add_option("run_folder", command.run_folder, "Folder of a run")
       ->type_name("RUN_DIR")
       ->required();
-  verb.add_option("--to", command.to, "liggghts, lammps, yade, or csv for tables of everything")
+  verb.add_option("--to", command.to, "liggghts, lammps, yade, or csv (tables of everything)")
       ->check(CLI::IsMember({"liggghts", "lammps", "yade", "csv"}))
       ->required();
-  verb.add_option("--out", command.out, "Folder to write (default: RUN_DIR/export/<to>)")
+  verb.add_option("--out", command.out, "Folder in which to write (default: RUN_DIR/export/<to>)")
       ->type_name("DIR");
   verb.callback([&] { status = run_export(command); });
 }
@@ -201,42 +205,44 @@ void add_length(CLI::App& verb, const char* name, const char* what, double& metr
 void add_fit(CLI::App& program, app::FitCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "fit",
-                            "Beverloo's and the kinematic law on a table of one's own",
+                            "Fit Beverloo's law or the kinematic law to a table of your own",
                             "fit beverloo rates.csv --diameter-mm 12.1");
   verb.require_subcommand(1);
   const auto add = [&](const char* name, const char* what, const char* example) -> CLI::App& {
     CLI::App& part = add_verb(verb, name, what, example);
-    part.add_option("data", command.data, "Table with a header; units stand in the column names")
+    part.add_option(
+            "data", command.data, "Table with a header; each column name ends with its unit")
         ->type_name("DATA.csv")
         ->required();
     add_length(part, "--diameter-mm", "Diameter of a particle", command.diameter);
-    part.add_option("--form", command.form, "default, or thesis: the thesis's own form")
+    part.add_option("--form", command.form, "default, or the form of the thesis")
         ->capture_default_str()
         ->check(CLI::IsMember({"default", "thesis"}));
     part.add_option("--out", command.common.out, "Folder for result.json")->type_name("DIR");
-    part.add_flag("--json", command.common.json, "Result as JSON on stdout");
+    part.add_flag("--json", command.common.json, "Print the result as JSON on stdout");
     return part;
   };
   CLI::App& beverloo =
       add("beverloo",
-          "C and k from flow rates through orifices of different width. Columns: orifice_cm, "
-          "flow_rate_g_per_s, areal_density_g_per_cm2 (slot) or bulk_density_g_per_cm3 (circular); "
-          "flow_rate_standard_uncertainty_g_per_s and particle_diameter_mm if known",
+          "Find C and k from flow rates through orifices of several widths. Columns: orifice_cm, "
+          "flow_rate_g_per_s, and areal_density_g_per_cm2 (slot) or bulk_density_g_per_cm3 "
+          "(circular). Optional columns: flow_rate_standard_uncertainty_g_per_s, "
+          "particle_diameter_mm",
           "fit beverloo datasets/thesis/table_4_4_beverloo_experiment.csv --diameter-mm 12.095");
-  beverloo.add_option("--law", command.law, "slot: one layer; circular: a round hole")
+  beverloo.add_option("--law", command.law, "slot (one layer) or circular (a round hole)")
       ->capture_default_str()
       ->check(CLI::IsMember({"slot", "circular"}));
-  beverloo.add_option("--k", command.imposed_k, "Impose k for the C of each row")
+  beverloo.add_option("--k", command.imposed_k, "Use this k, and find C for each row")
       ->check(CLI::NonNegativeNumber);
   beverloo.add_option("--gravity-m-per-s2", command.gravity, "Gravity")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   beverloo.callback([&] { status = run_fit_beverloo(command); });
-  CLI::App& kinematic =
-      add("kinematic",
-          "B from a velocity profile across the bed. Columns: x_cm, velocity_cm_per_s; "
-          "velocity_standard_uncertainty_cm_per_s if known",
-          "fit kinematic profile.csv --height-mm 90 --orifice-mm 75 --diameter-mm 12.1");
+  CLI::App& kinematic = add(
+      "kinematic",
+      "Find B from a velocity profile across the bed. Columns: x_cm, velocity_cm_per_s. Optional "
+      "column: velocity_standard_uncertainty_cm_per_s",
+      "fit kinematic profile.csv --height-mm 90 --orifice-mm 75 --diameter-mm 12.1");
   add_length(kinematic, "--height-mm", "Height of the profile above the orifice", command.height);
   kinematic.get_option("--height-mm")->required();
   add_length(kinematic, "--orifice-mm", "Width of the orifice", command.orifice);
@@ -246,7 +252,7 @@ void add_fit(CLI::App& program, app::FitCommand& command, int& status) {
 void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "journal",
-                            "Look after the record of simulations of a run",
+                            "Show, copy or change the record of simulations of a run",
                             "journal list out/micro");
   verb.require_subcommand(1);
   const auto add = [&](const char* name,
@@ -264,32 +270,33 @@ void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
     return part;
   };
   add("list",
-      "Simulations by problem, stage and status",
+      "List the simulations by problem, stage and status",
       "journal list out/micro",
       app::JournalAction::list);
-  add("show", "One simulation", "journal show out/micro 12", app::JournalAction::show)
-      .add_option("id", command.ids, "Its number in the journal")
+  add("show", "Show one simulation", "journal show out/micro 12", app::JournalAction::show)
+      .add_option("id", command.ids, "Number of the simulation in the journal")
       ->type_name("ID")
       ->expected(1)
       ->required();
   add("export",
-      "The plain copy: journal.csv, another file, or stdout",
+      "Write the record as CSV: to journal.csv, another file, or stdout",
       "journal export out/micro --out -",
       app::JournalAction::export_rows)
       .add_option(
-          "--out", command.out, "File to write, - for stdout (default: RUN_DIR/journal.csv)")
+          "--out", command.out, "File to write, or - for stdout (default: RUN_DIR/journal.csv)")
       ->type_name("FILE");
   CLI::App& drop = add("drop",
-                       "Remove simulations, so that they are run anew",
+                       "Remove simulations, so that they are run again",
                        "journal drop out/micro --failed",
                        app::JournalAction::drop);
   CLI::Option_group& which = *drop.add_option_group("which");
-  which.add_flag("--failed", command.failed, "All that did not complete");
-  which.add_option("--problem", command.problem, "All of one problem")->type_name("HASH");
-  which.add_option("--id", command.ids, "These")->type_name("ID");
+  which.add_flag("--failed", command.failed, "All simulations that did not complete");
+  which.add_option("--problem", command.problem, "All simulations of one problem")
+      ->type_name("HASH");
+  which.add_option("--id", command.ids, "The simulations with these numbers")->type_name("ID");
   which.require_option(1);
   add("merge",
-      "Add what the journal of another run holds and this one does not",
+      "Add the simulations of another run that this one does not have",
       "journal merge out/micro out/micro-on-another-machine",
       app::JournalAction::merge)
       .add_option("other", command.other, "Folder of the other run")
@@ -308,8 +315,9 @@ std::string joined(int argc, char** argv) {
 int main(int argc, char** argv) {
   // The decoder's own complaints about a film are of no use to the user; ours name file and frame.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-  CLI::App program("Lab videos of grain to calibrated discrete-element parameters, with a report.",
-                   "graintruth");
+  CLI::App program(
+      "Calibrates a discrete-element model of grains on an experiment, and writes a report.",
+      "graintruth");
   program.set_version_flag("--version", GRAINTRUTH_VERSION);
   program.require_subcommand(1);
   program.footer(
@@ -334,45 +342,48 @@ int main(int argc, char** argv) {
   CLI::App& calibrate_verb =
       add_verb(program,
                "calibrate",
-               "Track films, find friction, restitution and time step, write the report",
+               "Track films, find the parameters and the time step, write the report",
                "calibrate datasets/micro/experiment.toml --out out/micro");
   add_experiment(calibrate_verb, calibrate.experiment);
   calibrate_verb
       .add_option(
-          "--budget", calibrate.budget, "Evaluations of the search (default: 120, for a bin 60)")
+          "--budget", calibrate.budget, "Evaluations of the search (default: 120; for a bin 60)")
       ->check(CLI::Range(20, 100000));
   calibrate_verb
       .add_option("--time-limit",
                   calibrate.time_limit,
-                  "Seconds after which the search ends with what it has")
+                  "End the search after so many seconds, with what it has")
       ->check(CLI::PositiveNumber);
-  calibrate_verb.add_flag(
-      "--watch", calibrate.watch, "Keep report.html fresh as the run goes; a browser reloads it");
+  calibrate_verb.add_flag("--watch",
+                          calibrate.watch,
+                          "Keep report.html up to date during the run; a browser reloads it");
   add_common_options(calibrate_verb, calibrate.common);
   calibrate_verb.callback([&] { status = run_calibrate(calibrate); });
 
   CLI::App& track_verb = add_verb(program,
                                   "track",
-                                  "Films to tracks, quality figures and overlay videos",
+                                  "Make tracks, quality figures and overlay videos from films",
                                   "track datasets/micro/experiment.toml --out out/tracks");
   add_experiment(track_verb, track.experiment);
   add_common_options(track_verb, track.common);
   track_verb.callback([&] { status = run_track(track); });
 
-  CLI::App& validate_verb = add_verb(program,
-                                     "validate",
-                                     "Compare at given parameters, no tuning",
-                                     "validate datasets/micro/experiment.toml --parameters "
-                                     "out/micro/result.json --require-agreement 60");
+  CLI::App& validate_verb =
+      add_verb(program,
+               "validate",
+               "Compare simulations at given parameters with the experiment; tune nothing",
+               "validate datasets/micro/experiment.toml --parameters "
+               "out/micro/result.json --require-agreement 60");
   add_experiment(validate_verb, validate.experiment);
   add_parameters(validate_verb, validate.parameters);
   validate_verb
       .add_option("--require-agreement",
                   validate.require_agreement,
-                  "Exit 1 below this percentage (Student form)")
+                  "Exit with status 1 below this percentage (Student's form)")
       ->type_name("PCT")
       ->check(CLI::Range(0.0, 100.0));
-  validate_verb.add_option("--runs", validate.runs, "Runs whose mean is scored")
+  validate_verb
+      .add_option("--runs", validate.runs, "Number of seeds; the mean of these runs is scored")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
   add_common_options(validate_verb, validate.common);
@@ -381,24 +392,24 @@ int main(int argc, char** argv) {
   CLI::App& reproduce_verb =
       add_verb(program,
                "reproduce",
-               "The thesis number by number: printed, recomputed, simulated again, verdict",
+               "Check the thesis number by number: printed, recomputed, simulated again",
                "reproduce table-4.2 fig-3.5-text --out out/reproduce");
   reproduce_verb
       .add_option("targets",
                   reproduce.targets,
-                  "Names from --list, or printed, all-quick, all (default: all-quick)")
+                  "Names from --list; or printed, all-quick, all (default: all-quick)")
       ->type_name("TARGET");
-  reproduce_verb.add_flag("--list", reproduce.list, "Name the targets");
+  reproduce_verb.add_flag("--list", reproduce.list, "List the targets");
   add_common_options(reproduce_verb, reproduce.common);
   reproduce_verb.get_option("--out")->description("Run folder (default: out/reproduce)");
   reproduce_verb.callback([&] { status = run_reproduce(reproduce); });
 
   CLI::App& report_verb = add_verb(
-      program, "report", "Make the report of a run anew from its folder", "report out/micro");
+      program, "report", "Make the report of a run again from its folder", "report out/micro");
   report_verb.add_option("run_folder", report.run_folder, "Folder of a run")
       ->type_name("RUN_DIR")
       ->required();
-  report_verb.add_flag("--pdf", report.pdf, "Print it to report.pdf too (needs Chromium)");
+  report_verb.add_flag("--pdf", report.pdf, "Print the report to report.pdf too (needs Chromium)");
   report_verb.callback([&] { status = run_report(report); });
 
   add_export(program, exported, status);
