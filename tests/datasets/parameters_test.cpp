@@ -64,6 +64,19 @@ TEST(Parameters, ThatAreSpecialComeAfterTheGeneralOne) {
   }
 }
 
+TEST(Parameters, SlidingFrictionIsNeverAboveStaticFriction) {
+  SceneData with = scene();
+  for (SceneSurfaces& surfaces : with.surfaces) surfaces.static_friction = 0.3;
+  for (const ParameterKind* kind : parameter_kinds()) {
+    SceneData moved = with;
+    for (const double value : {kind->usual_lower, kind->usual_upper, kind->usual_lower}) {
+      kind->apply(value, parameter_named(name_of(*kind, with)).wall, moved);
+      for (const SceneSurfaces& surfaces : moved.surfaces)
+        EXPECT_GE(surfaces.static_friction, surfaces.friction) << kind->name;
+    }
+  }
+}
+
 TEST(Parameters, TellWhatAReaderNeeds) {
   for (const ParameterKind* kind : parameter_kinds()) {
     EXPECT_FALSE(kind->meaning.empty()) << kind->name;
