@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "calibrate/engines/embedded.h"
 #include "datasets/parameters/apply.h"
@@ -89,6 +90,27 @@ TEST(ParameterEffects, RollingFrictionOnWallsSlowsARollingBall) {
   // Between particles it does nothing to a single one
   const auto other = run(spec, {{"rolling_friction_particle_particle", rolling}});
   EXPECT_EQ(other.poses[frame].x, free.poses[frame].x);
+}
+
+// A ball at rest on a floor, pulled along it: it rolls, a = 5/7 g_x, as long as the friction that
+// this takes, 2/7 g_x / g_z, is below the static one (twice that where the pull begins at once). If
+// not, it slides: a = g_x - mu g_z.
+TEST(ParameterEffects, StaticFrictionHoldsABallThatWouldSlide) {
+  constexpr double time = 0.2, sliding = 0.05, along = 2.0;  // s, -, m/s2
+  constexpr std::size_t frame = 20;
+  // Hertz, 4/3 E* sqrt(R) d^1.5 = m g
+  const double mass = 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3) * 1200.0;
+  const double stiffness = 4.0 / 3.0 * 5e7 / (1.0 - 0.3 * 0.3) * std::sqrt(radius);
+  const double overlap = std::pow(mass * gravity / stiffness, 2.0 / 3.0);
+  SimulationSpec spec = ball_on_a_floor(0.0, 0.0, radius - overlap);
+  spec.scene.gravity = {along, 0.0, -gravity};
+  const auto slides = run(spec, {{"friction_particle_wall", sliding}});
+  const auto held =
+      run(spec, {{"friction_particle_wall", sliding}, {"static_friction_particle_wall", 0.2}});
+  ASSERT_GT(2.0 / 7.0 * along / gravity, sliding);
+  ASSERT_LT(2.0 * 2.0 / 7.0 * along / gravity, 0.2);
+  EXPECT_NEAR(slides.poses[frame].x, 0.5 * (along - sliding * gravity) * time * time, 2e-4);
+  EXPECT_NEAR(held.poses[frame].x, 0.5 * 5.0 / 7.0 * along * time * time, 2e-4);
 }
 
 }  // namespace
