@@ -92,6 +92,28 @@ TEST(ParameterEffects, RollingFrictionOnWallsSlowsARollingBall) {
   EXPECT_EQ(other.poses[frame].x, free.poses[frame].x);
 }
 
+// A ball that falls from a height h rises to e^2 h.
+TEST(ParameterEffects, RestitutionOnWallsDecidesHowHighABallRises) {
+  constexpr double height = 0.05, restitution = 0.6;
+  const SimulationSpec spec = ball_on_a_floor(0.0, 0.0, radius + height);
+  const auto highest_after_landing = [&](const datasets::ParameterSet& parameters) {
+    double highest = 0.0;
+    const auto tracks = run(spec, parameters);
+    for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
+      const double landed = std::sqrt(2.0 * height / gravity);  // s
+      if (tracks.time[frame] > landed) highest = std::max(highest, tracks.poses[frame].z - radius);
+    }
+    return highest;
+  };
+  const double expected = restitution * restitution * height;
+  // 10 ms between frames hide at most g (5 ms)^2 / 2, and weight works on a ball that is pressed
+  EXPECT_NEAR(
+      highest_after_landing({{"restitution", 0.9}, {"restitution_particle_wall", restitution}}),
+      expected,
+      0.02 * expected);
+  EXPECT_NEAR(highest_after_landing({{"restitution", 0.9}}), 0.81 * height, 0.02 * 0.81 * height);
+}
+
 // A ball at rest on a floor, pulled along it: it rolls, a = 5/7 g_x, as long as the friction that
 // this takes, 2/7 g_x / g_z, is below the static one (twice that where the pull begins at once). If
 // not, it slides: a = g_x - mu g_z.
