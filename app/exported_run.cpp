@@ -110,7 +110,8 @@ ExportedRun read_exported_run(const datasets::RunFolder& folder) {
   run.gravity = positive(folder.run(), data.run, {"rig", "gravity_m_per_s2"});
   run.material_modulus =
       positive(folder.run(), data.run, {"configuration", "material", "elastic_modulus_pa"});
-  run.material.youngs_modulus = simulated_modulus(folder, data, run.material_modulus);
+  run.material.youngs_modulus = run.parameters.value_or(
+      "elastic_modulus", simulated_modulus(folder, data, run.material_modulus));
   run.material.poisson_ratio =
       reports::number(data.run, {"configuration", "material", "poisson_ratio"});
   const sim::MassChoice mass = read_mass(folder, data.run);

@@ -34,6 +34,7 @@ bool states(TomlSection& section, const Parameter& parameter) {
 // Bench values that are stated; those that every experiment gives must be.
 void read_bench_values(TomlSection& section, bool may_lack, Material& material) {
   for (const ParameterKind* kind : parameter_kinds()) {
+    if (kind->stated_in != nullptr) continue;
     if (kind->is_of_a_wall) {
       for (const std::string& key : section.keys()) {
         const auto parameter = find_parameter(key);
@@ -79,7 +80,7 @@ Material material_of(const SceneData& scene, std::optional<TomlSection> section)
   for (const std::string& name : names) {
     const Parameter parameter = parameter_named(name);
     const auto value = parameter.kind->value_in(parameter.wall, scene);
-    if (!value || material.stated(name)) continue;
+    if (!value || material.stated(name) || parameter.kind->stated_in != nullptr) continue;
     // What surfaces in general have says nothing of one wall
     const std::string_view general = parameter.kind->same_as;
     if (!general.empty() && parameter_named(general).kind->value_in("", scene) == value) continue;
@@ -158,6 +159,7 @@ const BenchValue* Material::stated(std::string_view parameter) const {
 BenchValue bench_value(const Experiment& experiment, std::string_view parameter) {
   if (const BenchValue* stated = experiment.material.stated(parameter)) return *stated;
   const ParameterKind& kind = *parameter_named(parameter).kind;
+  if (kind.stated_in != nullptr) return {kind.stated_in(experiment.material), 0.0};
   if (!kind.same_as.empty()) return bench_value(experiment, kind.same_as);
   return {kind.neutral, 0.0};
 }

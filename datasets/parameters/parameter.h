@@ -14,6 +14,8 @@
 
 namespace graintruth::datasets {
 
+struct Material;
+
 struct ParameterKind {
   // Of all of one kind that a rig may have, the beginning of the name: "friction_particle_" is
   // followed by the name of a wall.
@@ -30,6 +32,9 @@ struct ParameterKind {
   // What it is where nothing is stated: the same as another parameter, or else `neutral`.
   std::string_view same_as = {};
   double neutral = 0.0;
+  // Of what [material] states beside bench values: that value.
+  double (*stated_in)(const Material& material) = nullptr;
+  bool sets_stiffness = false;    // where it is tuned, grains are simulated as stiff as it says
   bool is_always_stated = false;  // every experiment gives its bench value, every result its value
   // The measurement that fixes it on the bench: "a drop test of the particle"
   std::string_view bench_test;

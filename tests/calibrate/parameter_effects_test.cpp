@@ -114,17 +114,28 @@ TEST(ParameterEffects, RestitutionOnWallsDecidesHowHighABallRises) {
   EXPECT_NEAR(highest_after_landing({{"restitution", 0.9}}), 0.81 * height, 0.02 * 0.81 * height);
 }
 
+// Hertz: a ball rests at m g = 4/3 E* sqrt(R) d^1.5, E* = E / (1 - nu^2).
+double overlap_at_rest(double modulus) {
+  const double mass = 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3) * 1200.0;
+  const double stiffness = 4.0 / 3.0 * modulus / (1.0 - 0.3 * 0.3) * std::sqrt(radius);
+  return std::pow(mass * gravity / stiffness, 2.0 / 3.0);
+}
+
+TEST(ParameterEffects, ElasticModulusDecidesHowDeepABallRests) {
+  for (const double modulus : {1e6, 5e7}) {
+    const auto tracks = run(ball_on_a_floor(0.0, 0.0), {{"elastic_modulus", modulus}});
+    const double overlap = overlap_at_rest(modulus);
+    EXPECT_NEAR(tracks.poses.back().z, radius - overlap, 0.02 * overlap) << modulus;
+  }
+}
+
 // A ball at rest on a floor, pulled along it: it rolls, a = 5/7 g_x, as long as the friction that
 // this takes, 2/7 g_x / g_z, is below the static one (twice that where the pull begins at once). If
 // not, it slides: a = g_x - mu g_z.
 TEST(ParameterEffects, StaticFrictionHoldsABallThatWouldSlide) {
   constexpr double time = 0.2, sliding = 0.05, along = 2.0;  // s, -, m/s2
   constexpr std::size_t frame = 20;
-  // Hertz, 4/3 E* sqrt(R) d^1.5 = m g
-  const double mass = 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3) * 1200.0;
-  const double stiffness = 4.0 / 3.0 * 5e7 / (1.0 - 0.3 * 0.3) * std::sqrt(radius);
-  const double overlap = std::pow(mass * gravity / stiffness, 2.0 / 3.0);
-  SimulationSpec spec = ball_on_a_floor(0.0, 0.0, radius - overlap);
+  SimulationSpec spec = ball_on_a_floor(0.0, 0.0, radius - overlap_at_rest(5e7));
   spec.scene.gravity = {along, 0.0, -gravity};
   const auto slides = run(spec, {{"friction_particle_wall", sliding}});
   const auto held =
