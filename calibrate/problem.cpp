@@ -13,6 +13,7 @@
 #include "datasets/parameters/parameter.h"
 #include "datasets/rigs/followed_grains.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/toml_section.h"
 
 namespace graintruth::calibrate {
 
@@ -455,19 +456,33 @@ void add_parts(Problem& problem) {
   for (const ProblemScene& scene : problem.scenes) {
     for (const auto& [name, hash] : parts_of(scene.spec)) append(name, hash);
   }
-  std::string values;
+  std::string values = measuring_text(problem.experiment);
   for (const std::vector<Channel>& channels : problem.measured) {
     for (const Channel& channel : channels) {
       for (const double value : channel.values) values += fmt::format("{};", value);
       for (const double error : channel.errors) values += fmt::format("{};", error);
     }
   }
-  append("recordings or times of measurement", values);
+  append("recordings or [measure]", values);
   for (const auto& [name, text] : texts)
     problem.parts.emplace_back(name, datasets::content_hash(text));
 }
 
 }  // namespace
+
+std::string measuring_text(const Experiment& experiment) {
+  const datasets::Measurement& measurement = experiment.measurement;
+  std::string text = fmt::format("{}; every {} s, {} times;",
+                                 measuring_version,
+                                 measurement.frame_interval,
+                                 measurement.frames);
+  for (const datasets::RequestedObservable& requested : measurement.observables) {
+    text += requested.name + ";";
+    // Objectives are computed anew from what was measured, and pages are written anew
+    if (requested.settings) text += requested.settings->text_without({"weight", "title", "unit"});
+  }
+  return text;
+}
 
 void complete_particle(Experiment& experiment) {
   if (!experiment.rig.brings_grains) return;

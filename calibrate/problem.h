@@ -84,6 +84,13 @@ Problem plan_problem(const datasets::Experiment& experiment,
 void check_recordings(const datasets::Experiment& experiment,
                       std::span<const datasets::Recording> recordings);
 
+// Whoever changes what an observable measures bumps it, so that old simulations are not read back
+// with what was measured of them.
+inline constexpr int measuring_version = 1;
+
+// What decides, besides the recordings, what is measured of them: moments, observables, settings.
+std::string measuring_text(const datasets::Experiment& experiment);
+
 // The mass of a grain that a scene states by its density, which takes its shape. Throws
 // datasets::InputError for a scene that cannot be built.
 void complete_particle(datasets::Experiment& experiment);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <sstream>
 
 #include "datasets/input_error.h"
 #include "datasets/run_folder.h"
@@ -277,6 +278,14 @@ std::vector<std::string> TomlSection::keys() const {
   std::vector<std::string> all;
   for (const auto& [key, node] : *table_) all.emplace_back(key.str());
   return all;
+}
+
+std::string TomlSection::text_without(std::initializer_list<std::string_view> keys) const {
+  toml::table rest = *table_;
+  for (const std::string_view key : keys) rest.erase(key);
+  std::ostringstream text;
+  text << rest;
+  return text.str();
 }
 
 std::string TomlSection::key_of(std::string_view stem, Units units) const {

@@ -77,6 +77,9 @@ class TomlSection {
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
 
+  // What the table states, as TOML, but for some keys.
+  std::string text_without(std::initializer_list<std::string_view> keys) const;
+
   // The key under which a quantity is given, with its unit.
   std::string key_of(std::string_view stem, Units units) const;
 

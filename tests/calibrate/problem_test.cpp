@@ -69,7 +69,7 @@ TEST(MakeProblem, ItsPartsSayWhatIsAnother) {
   std::vector<datasets::Recording> moved = recordings;
   moved[1].tracks->poses[7].x += 1e-12;
   EXPECT_EQ(changed(parts_of(toy::experiment(3), moved)),
-            std::vector<std::string>{"recordings or times of measurement"});
+            std::vector<std::string>{"recordings or [measure]"});
   // What is known besides the data changes no simulation
   datasets::Experiment with_prior = toy::experiment(3);
   with_prior.tuned[0].prior = {0.3, 0.02};
