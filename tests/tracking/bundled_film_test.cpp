@@ -98,6 +98,18 @@ TEST_F(BundledFilm, IsTrackedAsItWas) {
   EXPECT_LT(errors.angle, 0.3 * degree);
   EXPECT_GT(errors.normalised, 0.75);
   EXPECT_LT(errors.normalised, 1.3);
+  // Golden values, to a thousandth of what the tracks' sigmas say: tracks are read back under the
+  // version
+  const auto& last = tracks.poses[tracks.index(tracks.frames() - 1, 0)];
+  const auto& other = tracks.sigmas[tracks.index(100, 9)];
+  constexpr const char* bump_it =
+      "The tracker gives other tracks of the same film: bump it, tracker_version in "
+      "datasets/experiment/tracking_spec.h, and renew the golden values of this test.";
+  EXPECT_NEAR(last.x, 0.031727648, 1e-7) << bump_it;
+  EXPECT_NEAR(last.z, -0.207771627, 1e-7) << bump_it;
+  EXPECT_NEAR(last.angle, 3.149293391, 1e-5) << bump_it;
+  EXPECT_NEAR(other.x, 0.079697e-3, 1e-7) << bump_it;
+  EXPECT_EQ(datasets::tracker_version, 7) << "Renew the golden values of this test.";
 }
 
 TEST_F(BundledFilm, IsTrackedInTheNoiseOfLittleLight) {
