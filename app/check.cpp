@@ -305,6 +305,11 @@ Findings look_at(const CheckCommand& command,
   Findings findings;
   calibrate::complete_particle(experiment);
   print_what(experiment);
+  try {
+    calibrate::require_comparable(experiment);
+  } catch (const datasets::InputError& error) {
+    findings.missing.emplace_back(error.what());
+  }
   check_search(experiment, findings);
   check_particle(experiment, findings);
 

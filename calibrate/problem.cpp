@@ -89,10 +89,74 @@ void check_observables(const Problem& problem) {
   }
 }
 
+// Numbers and curves of the same quantity cannot be averaged.
+void check_kinds_of_values(const Problem& problem) {
+  for (const auto& [place, weight] : problem.observables->compared()) {
+    std::optional<std::size_t> number, curve;
+    for (std::size_t i = 0; i < problem.measured.size(); ++i) {
+      const Channel& channel = problem.measured[i][place];
+      if (channel.is_known()) (channel.values.size() == 1 ? number : curve) = i;
+    }
+    if (!number || !curve) continue;
+    throw InputError(
+        fmt::format("{}: '{}' is one number in {} and a curve in {}; give a column time_s in the "
+                    "tables of all replicates, or in none.",
+                    problem.experiment.file.string(),
+                    problem.observables->all()[place]->name(),
+                    problem.experiment.replicates[*number].name,
+                    problem.experiment.replicates[*curve].name));
+  }
+}
+
+// Simulations that end before the last moment of what is compared.
+void check_durations(const Problem& problem) {
+  const double last = problem.experiment.measurement.last_time();
+  for (const auto& observable : problem.observables->all()) {
+    if (!observable->needs_every_moment()) continue;
+    for (const ProblemScene& scene : problem.scenes) {
+      const datasets::SceneData& simulated = scene.spec.scene;
+      double duration = 0.0;
+      for (auto p = static_cast<std::size_t>(simulated.event_phase); p < simulated.phases.size();
+           ++p)
+        duration += simulated.phases[p].duration;
+      if (duration >= last - 0.5 * simulated.phases.back().output_interval) continue;
+      throw InputError(fmt::format(
+          "{}: '{}' is compared until {:.4g} s after the start event, but the simulation of {} "
+          "lasts {:.4g} s; lower measure.frames, or let the run of the rig last longer.",
+          problem.experiment.file.string(),
+          observable->name(),
+          last,
+          problem.experiment.replicates[scene.replicate].name,
+          duration));
+    }
+  }
+}
+
+// What no simulation of the scene records.
+void check_curves(const Experiment& experiment,
+                  const Observables& observables,
+                  const datasets::SceneData& scene,
+                  const Engine& engine) {
+  const std::vector<std::string> known = engine.curves({.scene = scene});
+  for (const auto& observable : observables.all()) {
+    for (const std::string& curve : observable->curves()) {
+      if (std::find(known.begin(), known.end(), curve) != known.end()) continue;
+      throw InputError(
+          fmt::format("{}: key 'measure.{}.engine_curve' names '{}', but the simulator records of "
+                      "this rig {}.",
+                      experiment.file.string(),
+                      observable->name(),
+                      curve,
+                      known.empty() ? "no curve" : fmt::format("{}", fmt::join(known, ", "))));
+    }
+  }
+}
+
 // --- Conditions
 // -----------------------------------------------------------------------------------
 
-std::vector<Condition> conditions_of(const Experiment& experiment) {
+// Replicates with the same settings together.
+std::vector<Condition> same_settings(const Experiment& experiment) {
   std::vector<Condition> conditions;
   for (std::size_t i = 0; i < experiment.replicates.size(); ++i) {
     const auto& settings = experiment.replicates[i].rig.settings;
@@ -484,6 +548,12 @@ std::string measuring_text(const Experiment& experiment) {
   return text;
 }
 
+std::vector<Condition> conditions_of(const Experiment& experiment) {
+  std::vector<Condition> conditions = same_settings(experiment);
+  choose_held_out(experiment, conditions);
+  return conditions;
+}
+
 void complete_particle(Experiment& experiment) {
   if (!experiment.rig.brings_grains) return;
   const BuiltScene built = build_scene(experiment.rig.scene, experiment.file.string());
@@ -493,14 +563,15 @@ void complete_particle(Experiment& experiment) {
   experiment.particle.mass = mass;
 }
 
-void require_comparable(const Experiment& experiment) {
-  if (!experiment.measurement.observables.empty()) {
-    Observables{experiment};
-    return;
+void require_comparable(const Experiment& experiment, const Engine& engine) {
+  if (experiment.measurement.observables.empty()) {
+    throw InputError(
+        fmt::format("{}: nothing is compared; name it in [measure], observables = [...].",
+                    experiment.file.string()));
   }
-  throw InputError(
-      fmt::format("{}: nothing is compared; name it in [measure], observables = [...].",
-                  experiment.file.string()));
+  const Observables observables(experiment);
+  for (const datasets::Replicate& replicate : experiment.replicates)
+    check_curves(experiment, observables, replicate.rig.scene, engine);
 }
 
 bool Problem::simulates_each_replicate() const {
@@ -547,13 +618,13 @@ double Problem::largest_time_step_fraction() const {
 Problem plan_problem(const Experiment& experiment,
                      std::span<const Recording> recordings,
                      const Engine& engine) {
-  require_comparable(experiment);
+  require_comparable(experiment, engine);
   Problem problem{.experiment = experiment,
                   .observables = std::make_shared<Observables>(experiment),
                   .engine = &engine};
   problem.conditions = conditions_of(experiment);
-  choose_held_out(experiment, problem.conditions);
   make_scenes(recordings, problem);
+  check_durations(problem);
   for (const Condition& condition : problem.conditions) {
     if (condition.held_out) continue;
     problem.calibrated_scenes.insert(
@@ -584,6 +655,7 @@ Problem make_problem(const Experiment& experiment,
     problem.measured.push_back(problem.observables->measure(recordings[i], situation));
     problem.situations.push_back(std::move(situation));
   }
+  check_kinds_of_values(problem);
   // 3. How both are compared
   compare(problem);
   add_parts(problem);

@@ -65,10 +65,14 @@ struct Problem {
   std::vector<std::size_t> every_scene() const;
 };
 
-// `recordings` are those of the replicates, in the order of the experiment file. Held out is what
-// the file says; where it says nothing, openings narrower than six grain diameters, whose flow
-// arches (thesis 4.3.3), as long as two wider ones remain. Throws datasets::InputError where the
-// recordings do not fit the experiment or each other, or do not tell what is to be compared.
+// The conditions of an experiment, without scenes. Held out is what the file says; where it says
+// nothing, openings narrower than six grain diameters, whose flow arches (thesis 4.3.3), as long as
+// two wider ones remain. Throws datasets::InputError where a part of a condition is held out.
+std::vector<Condition> conditions_of(const datasets::Experiment& experiment);
+
+// `recordings` are those of the replicates, in the order of the experiment file. Throws
+// datasets::InputError where the recordings do not fit the experiment or each other, or do not tell
+// what is to be compared.
 Problem make_problem(const datasets::Experiment& experiment,
                      std::span<const datasets::Recording> recordings,
                      const Engine& engine = engine_named("embedded"));
@@ -95,9 +99,10 @@ std::string measuring_text(const datasets::Experiment& experiment);
 // datasets::InputError for a scene that cannot be built.
 void complete_particle(datasets::Experiment& experiment);
 
-// Throws datasets::InputError for an experiment that nothing can be compared of, before any film is
-// tracked for nothing.
-void require_comparable(const datasets::Experiment& experiment);
+// Throws datasets::InputError for an experiment that nothing can be compared of, or a curve that
+// the engine does not record, before any film is tracked for nothing.
+void require_comparable(const datasets::Experiment& experiment,
+                        const Engine& engine = engine_named("embedded"));
 
 // Of the replicates of a condition that `may_be`, the one whose values lie nearest to the mean of
 // all where replicates repeat them, else the first. None where none may be.

@@ -20,6 +20,15 @@ Json numbers_json(const std::vector<double>& values) {
   return json;
 }
 
+// A single number lies nowhere.
+Json axis_json(const Observable& observable, std::size_t values, const Situation& situation) {
+  if (values == 1) return {{"name", ""}, {"unit", ""}, {"values", Json::array()}};
+  const ChannelWords words = observable.words();
+  return {{"name", words.axis},
+          {"unit", words.axis_unit},
+          {"values", numbers_json(observable.axis(situation))}};
+}
+
 // Every compared quantity, condition by condition, measured and simulated.
 Json channels_json(const Problem& problem, const Confirmed& confirmed) {
   Json channels = Json::array();
@@ -39,10 +48,8 @@ Json channels_json(const Problem& problem, const Confirmed& confirmed) {
            {"condition", condition.name},
            {"unit", words.unit},
            {"axis",
-            {{"name", words.axis},
-             {"unit", words.axis_unit},
-             {"values",
-              numbers_json(observable.axis(problem.situations[condition.replicates.front()]))}}},
+            axis_json(
+                observable, band.mean.size(), problem.situations[condition.replicates.front()])},
            {"measured", numbers_json(band.mean)},
            {"lower", numbers_json(band.lower)},
            {"upper", numbers_json(band.upper)},

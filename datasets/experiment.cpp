@@ -139,7 +139,16 @@ Measurement read_measurement(std::optional<TomlSection> section, const Rig& rig)
     }
     measurement.observables.push_back(std::move(requested));
   }
-  if (section) section->finish();
+  if (!section) return measurement;
+  for (const std::string& key : section->keys()) {
+    if (!section->is_table(key) || std::find(names.begin(), names.end(), key) != names.end())
+      continue;
+    section->fail(key,
+                  fmt::format("describes an observable that is not compared; add \"{}\" to "
+                              "measure.observables, or leave the table out",
+                              key));
+  }
+  section->finish();
   return measurement;
 }
 

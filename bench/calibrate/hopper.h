@@ -65,6 +65,7 @@ class HopperEngine final : public calibrate::Engine {
   std::string_view name() const override { return "hopper"; }
   // Every number of the box and of how it is simulated: two that differ give other runs.
   std::string version() const override;
+  std::vector<std::string> curves(const calibrate::SimulationSpec&) const override { return {}; }
   double largest_time_step_fraction(const calibrate::SimulationSpec&) const override { return 1.0; }
   calibrate::EngineRun run(const calibrate::SimulationSpec& spec,
                            const calibrate::EngineOptions& options) const override;

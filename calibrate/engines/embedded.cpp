@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <optional>
+#include <set>
 
 #include "calibrate/engines/scene_runner.h"
 #include "datasets/input_error.h"
@@ -59,36 +59,39 @@ std::size_t frames_of(const datasets::SceneData& scene) {
   return frames + 1;
 }
 
-// A wall of the scene and a direction, from the name of a curve: wall_force_<wall>_z_n.
+constexpr const char* highest_grain = "highest_grain_m";
+
+// The force on a wall of the scene along one axis.
 struct WallForce {
-  std::string curve;
+  std::string curve;  // wall_force_<wall>_z_n
   std::size_t wall = 0;
   int axis = 0;
 };
 
-std::optional<WallForce> wall_force_named(const std::string& curve,
-                                          const datasets::SceneData& scene) {
+// Of every wall that has a name, of its own.
+std::vector<WallForce> wall_forces_of(const datasets::SceneData& scene) {
+  std::vector<WallForce> forces;
+  std::set<std::string> names;
   for (std::size_t wall = 0; wall < scene.walls.size(); ++wall) {
-    for (int axis = 0; axis < 3; ++axis) {
-      if (curve == fmt::format("wall_force_{}_{}_n", scene.walls[wall].name, "xyz"[axis]))
-        return WallForce{curve, wall, axis};
-    }
+    const std::string& name = scene.walls[wall].name;
+    if (name.empty() || !names.insert(name).second) continue;
+    for (int axis = 0; axis < 3; ++axis)
+      forces.push_back({fmt::format("wall_force_{}_{}_n", name, "xyz"[axis]), wall, axis});
   }
-  return std::nullopt;
+  return forces;
 }
 
 class RecordedRun final : public SceneRunner {
  public:
   RecordedRun(const SimulationSpec& spec, const SceneRunOptions& options)
       : SceneRunner(spec.scene, "The scene", options), spec_(spec) {
-    for (const std::string& curve : spec.record.curves) {
-      if (auto force = wall_force_named(curve, spec.scene)) {
-        wall_forces_.push_back(*std::move(force));
-      } else if (curve == "highest_grain_m") {
-        keeps_highest_ = true;
-      } else {
-        throw datasets::InputError(fmt::format("The embedded engine records no '{}'.", curve));
-      }
+    const auto is_asked_for = [&](const std::string& curve) {
+      const std::vector<std::string>& curves = spec.record.curves;
+      return std::find(curves.begin(), curves.end(), curve) != curves.end();
+    };
+    keeps_highest_ = is_asked_for(highest_grain);
+    for (WallForce& force : wall_forces_of(spec.scene)) {
+      if (is_asked_for(force.curve)) wall_forces_.push_back(std::move(force));
     }
   }
 
@@ -139,7 +142,7 @@ class RecordedRun final : public SceneRunner {
     if (keeps_highest_) {
       double highest = -std::numeric_limits<double>::infinity();
       for (const sim::Vec3& position : state.position) highest = std::max(highest, position.z());
-      keep("highest_grain_m", time, highest);
+      keep(highest_grain, time, highest);
     }
     for (const WallForce& force : wall_forces_) {
       double sum = 0.0;
@@ -215,6 +218,12 @@ class Embedded final : public Engine {
  public:
   std::string_view name() const override { return "embedded"; }
   std::string version() const override { return numbers_version; }
+
+  std::vector<std::string> curves(const SimulationSpec& spec) const override {
+    std::vector<std::string> names = {highest_grain};
+    for (const WallForce& force : wall_forces_of(spec.scene)) names.push_back(force.curve);
+    return names;
+  }
 
   double largest_time_step_fraction(const SimulationSpec& spec) const override {
     BuiltScene built = build_scene(spec.scene, "The scene");

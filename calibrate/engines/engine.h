@@ -42,6 +42,8 @@ class Engine {
   virtual std::string_view name() const = 0;
   // Changes whenever the engine gives other numbers for the same spec.
   virtual std::string version() const = 0;
+  // What it can record of the spec's scene beside tracks and discharge: the names of all curves.
+  virtual std::vector<std::string> curves(const SimulationSpec& spec) const = 0;
   // The largest fraction of the Rayleigh step that gives every contact of the spec enough steps.
   // Throws datasets::InputError for a scene that cannot be simulated.
   virtual double largest_time_step_fraction(const SimulationSpec& spec) const = 0;

@@ -6,12 +6,22 @@
 
 namespace graintruth::calibrate {
 
+// How a curve in time becomes one number, from the event to the last moment of the measurement.
+enum class CurveNumber {
+  end,     // its value at the last moment
+  mean,    // of its values at all moments
+  largest  // of all that was recorded
+};
+
 struct OwnCurve {
   std::string name;
   std::string column;        // of the replicates' tables
   std::string engine_curve;  // what an engine records of the same
   std::string unit;
   std::string title;
+  // Given: curves are compared by this number. Else moment by moment, or by their end with
+  // replicates that have one number.
+  std::optional<CurveNumber> number = {};
 };
 
 class CurveObservable : public Observable {
@@ -25,6 +35,7 @@ class CurveObservable : public Observable {
                   const Situation& situation,
                   const Channel* like) const override;
   std::vector<std::string> curves() const override { return {curve_.engine_curve}; }
+  bool needs_every_moment() const override { return true; }
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override;
   std::string lacking_words() const override;
 

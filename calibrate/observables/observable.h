@@ -68,7 +68,8 @@ class Observable {
 
   virtual std::string name() const = 0;
   virtual ChannelWords words() const = 0;
-  // Where the values lie on the axis, in the order of the moments; empty where there is none.
+  // Where the values of a channel with more than one lie on the axis, in the order of the moments;
+  // empty where there is none.
   virtual std::vector<double> axis(const Situation&) const { return {}; }
 
   // Of a recording; nothing known where it cannot tell. A simulation is measured as the replicate
@@ -79,6 +80,10 @@ class Observable {
   // What a simulation has to record for it, beside tracks.
   virtual std::vector<std::string> curves() const { return {}; }
   virtual bool needs_tracks() const { return false; }
+  // Whether a recording that ends before the last moment of the measurement cannot give it.
+  virtual bool needs_every_moment() const { return false; }
+  // Whether its values give an agreement in percent.
+  virtual bool gives_agreement() const { return false; }
   // Observables that are measured with it because its rule compares them.
   virtual std::vector<std::string> needs() const { return {}; }
 

@@ -1,5 +1,7 @@
 // A quantity of the user's own: a column of a table beside each replicate, and the curve that the
-// engine records of the same. In time it is compared moment by moment; without time as one number.
+// engine records of the same. In time it is compared moment by moment. A table without time has one
+// number, which is compared with one number of the curve.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -50,6 +52,35 @@ Channel at_moments(const datasets::Curve& curve,
   return channel;
 }
 
+double root_of_squares(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares);
+}
+
+// One number of a curve in time, up to the last moment.
+Channel number_of(const datasets::Curve& curve,
+                  CurveNumber number,
+                  const std::vector<double>& times,
+                  double interval) {
+  if (number == CurveNumber::end) return at_moments(curve, {times.back()}, interval);
+  if (number == CurveNumber::mean) {
+    const Channel moments = at_moments(curve, times, interval);
+    const auto count = static_cast<double>(times.size());
+    double sum = 0.0;
+    for (const double value : moments.values) sum += value;
+    return {.values = {sum / count}, .errors = {root_of_squares(moments.errors) / count}};
+  }
+  Channel largest{.values = {nan}, .errors = {nan}};
+  for (std::size_t i = 0; i < curve.time.size(); ++i) {
+    if (curve.time[i] < 0.0 || curve.time[i] > times.back() + 0.5 * interval) continue;
+    if (curve.value[i] <= largest.values.front()) continue;
+    largest.values.front() = curve.value[i];
+    largest.errors.front() = curve.sigma.empty() ? nan : curve.sigma[i];
+  }
+  return largest;
+}
+
 }  // namespace
 
 std::vector<double> CurveObservable::axis(const Situation& situation) const {
@@ -58,7 +89,7 @@ std::vector<double> CurveObservable::axis(const Situation& situation) const {
 
 Channel CurveObservable::measure(const datasets::Recording& recording,
                                  const Situation& situation,
-                                 const Channel*) const {
+                                 const Channel* like) const {
   // The column of a replicate, or the curve of an engine
   auto found = recording.curves.find(curve_.column);
   if (found == recording.curves.end()) found = recording.curves.find(curve_.engine_curve);
@@ -69,8 +100,11 @@ Channel CurveObservable::measure(const datasets::Recording& recording,
     if (!curve.sigma.empty()) channel.errors = {curve.sigma.front()};
     return channel;
   }
+  const double interval = situation.measurement.frame_interval;
   if (!spans(curve.time, situation.measurement.last_time())) return {};
-  return at_moments(curve, axis(situation), situation.measurement.frame_interval);
+  if (curve_.number || (like && like->values.size() == 1))
+    return number_of(curve, curve_.number.value_or(CurveNumber::end), axis(situation), interval);
+  return at_moments(curve, axis(situation), interval);
 }
 
 std::unique_ptr<Rule> CurveObservable::rule(const RuleParts& parts) const {
@@ -99,9 +133,17 @@ std::string CurveObservable::lacking_words() const {
 
 namespace {
 
+std::optional<CurveNumber> read_number(datasets::TomlSection& settings) {
+  const auto at = settings.optional_text("at");
+  if (!at) return std::nullopt;
+  if (*at == "end") return CurveNumber::end;
+  if (*at == "mean") return CurveNumber::mean;
+  if (*at == "largest") return CurveNumber::largest;
+  settings.fail("at", "must be \"end\", \"mean\" or \"largest\"");
+}
+
 std::shared_ptr<const Observable> make(const datasets::Experiment&,
                                        datasets::TomlSection* settings) {
-  if (settings == nullptr) return std::make_shared<CurveObservable>(OwnCurve{.name = "own"});
   OwnCurve curve;
   const std::string& section = settings->name();
   curve.name = section.substr(section.rfind('.') + 1);
@@ -109,6 +151,7 @@ std::shared_ptr<const Observable> make(const datasets::Experiment&,
   curve.engine_curve = settings->text("engine_curve");
   curve.unit = settings->text("unit");
   curve.title = settings->optional_text("title").value_or(curve.name);
+  curve.number = read_number(*settings);
   return std::make_shared<CurveObservable>(std::move(curve));
 }
 

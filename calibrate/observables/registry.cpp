@@ -14,6 +14,9 @@ namespace graintruth::calibrate {
 #include "calibrate/observables/kinds.def"
 #undef KIND
 
+// A quantity of the user's own has the name that [measure.<name>] gives it.
+extern const ObservableKind own_curve_kind;
+
 namespace {
 
 constexpr std::array all_kinds = {

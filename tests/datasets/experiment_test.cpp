@@ -175,6 +175,14 @@ std::string complaint_about_prior(const std::string& prior, const std::string& m
   return std::to_string(read.value) + " " + std::to_string(read.standard_uncertainty);
 }
 
+TEST(LoadExperiment, ATableOfAnObservableThatIsNotComparedIsRefused) {
+  const std::string said =
+      complaint_about("frames = 25", "frames = 25\n[measure.lid_force]\nunit = \"N\"");
+  for (const char* part :
+       {"experiment.toml:", "'measure.lid_force'", "add \"lid_force\" to measure.observables"})
+    EXPECT_CONTAINS(said, part);
+}
+
 TEST(LoadExperiment, APriorIsTheBenchValueOrStated) {
   EXPECT_EQ(complaint_about_prior("\"bench\"", "friction_particle_particle_uncertainty = 0.03\n"),
             "0.360000 0.030000");

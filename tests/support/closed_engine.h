@@ -10,10 +10,14 @@ namespace graintruth::tests {
 class ClosedEngine final : public calibrate::Engine {
  public:
   using Simulate = std::function<calibrate::EngineRun(const calibrate::SimulationSpec& spec)>;
-  explicit ClosedEngine(Simulate simulate) : simulate_(std::move(simulate)) {}
+  explicit ClosedEngine(Simulate simulate, std::vector<std::string> curves = {})
+      : simulate_(std::move(simulate)), curves_(std::move(curves)) {}
 
   std::string_view name() const override { return "closed"; }
   std::string version() const override { return "1"; }
+  std::vector<std::string> curves(const calibrate::SimulationSpec&) const override {
+    return curves_;
+  }
   double largest_time_step_fraction(const calibrate::SimulationSpec&) const override {
     return 0.05;
   }
@@ -24,6 +28,7 @@ class ClosedEngine final : public calibrate::Engine {
 
  private:
   Simulate simulate_;
+  std::vector<std::string> curves_;
 };
 
 }  // namespace graintruth::tests
