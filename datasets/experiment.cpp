@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "datasets/experiment/replicates.h"
 #include "datasets/input_error.h"
@@ -238,7 +240,8 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
     replicate.source.usual_frame_rate = experiment.camera.frame_rate;
   // 3. What is compared, and what is sought
   experiment.measurement = read_measurement(root.optional_section("measure"), experiment.rig);
-  if (auto section = root.optional_section("tune")) read_tuned(*section, experiment);
+  if (auto section = root.optional_section("tune"))
+    read_tuned(*section, std::array{&std::as_const(experiment.rig.scene)}, experiment);
   root.finish();
   return experiment;
 }

@@ -4,6 +4,8 @@
 
 #include <set>
 
+#include "datasets/parameters/apply.h"
+#include "datasets/parameters/parameter.h"
 #include "datasets/toml_section.h"
 #include "datasets/tuned_parameters.h"
 
@@ -26,21 +28,47 @@ JointPart read_part(TomlSection& section, const std::filesystem::path& folder) {
   return part;
 }
 
+// Of the first experiment that has what the parameter sets: every one has grains and walls, but not
+// every one a wall of this name.
+const Experiment* first_with(const std::vector<JointPart>& parts, const Parameter& parameter) {
+  for (const JointPart& part : parts) {
+    const Experiment& experiment = part.experiment;
+    if (!parameter.kind->is_of_a_wall || has_wall(experiment.rig.scene, parameter.wall) ||
+        experiment.material.stated(parameter.name))
+      return &experiment;
+  }
+  return nullptr;
+}
+
 void require_same_bench(const TomlSection& section,
-                        const Experiment& first,
+                        const std::vector<JointPart>& before,
                         const Experiment& other) {
   for (const auto& [name, bench] : other.material.bench) {
+    const Experiment* first = first_with(before, parameter_named(name));
+    if (first == nullptr) continue;
     const double here = bench.value;
-    const double there = bench_value(first, name).value;
+    const double there = bench_value(*first, name).value;
     if (here == there) continue;
     section.fail("file",
                  fmt::format("gives a material.{} of {:.4g}, where {} has {:.4g}; experiments that "
                              "are calibrated together have the same grains and walls",
                              name,
                              here,
-                             first.file.string(),
+                             first->file.string(),
                              there));
   }
+}
+
+// The bench values of the first experiment, and those of walls that only others have.
+Material joined_material(const std::vector<JointPart>& parts) {
+  Material joined = parts.front().experiment.material;
+  for (const JointPart& part : parts) {
+    for (const auto& [name, bench] : part.experiment.material.bench) {
+      if (parameter_named(name).kind->is_of_a_wall && !joined.stated(name))
+        joined.bench.emplace_back(name, bench);
+    }
+  }
+  return joined;
 }
 
 // Where films come from must be said on every page, so parts that say it are repeated.
@@ -71,8 +99,7 @@ JointExperiment load_joint_experiment(const std::filesystem::path& file) {
   std::set<std::string> names;
   for (TomlSection& section : root.sections("experiment")) {
     JointPart part = read_part(section, file.parent_path());
-    if (!joint.parts.empty())
-      require_same_bench(section, joint.parts.front().experiment, part.experiment);
+    require_same_bench(section, joint.parts, part.experiment);
     if (!names.insert(part.experiment.name).second) {
       section.fail(section.has("name") ? "name" : "file",
                    fmt::format("makes a second experiment called '{}'; give one of them a name",
@@ -89,10 +116,13 @@ JointExperiment load_joint_experiment(const std::filesystem::path& file) {
   joint.common.name = experiment_name(file);
   joint.common.title = title;
   joint.common.note = joined_notes(note, joint.parts);
+  joint.common.material = joined_material(joint.parts);
   joint.common.tuned.clear();
   joint.common.time_step_rule = TimeStepRule::gate;
   joint.common.objective = ObjectiveForm::smooth;
-  read_tuned(root.section("tune"), joint.common);
+  std::vector<const SceneData*> scenes;
+  for (const JointPart& part : joint.parts) scenes.push_back(&part.experiment.rig.scene);
+  read_tuned(root.section("tune"), scenes, joint.common);
   root.finish();
   for (JointPart& part : joint.parts) {
     part.experiment.part_of = title;

@@ -14,8 +14,8 @@ struct JointPart {
 };
 
 struct JointExperiment {
-  // Name, title and note of the joint file, what it tunes, and the bench values that all parts
-  // share; particle and rig are those of the first part.
+  // Name, title and note of the joint file, what it tunes, and the bench values of all parts;
+  // particle and rig are those of the first part.
   Experiment common;
   std::vector<JointPart> parts;  // two or more, with different names
 };

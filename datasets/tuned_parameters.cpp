@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 
@@ -81,16 +83,26 @@ TunedParameter read_bounds(TomlSection bounds,
 
 }  // namespace
 
-void read_tuned(TomlSection section, Experiment& experiment) {
+void read_tuned(TomlSection section,
+                std::span<const SceneData* const> scenes,
+                Experiment& experiment) {
   std::vector<std::string> names = plain_parameter_names();
   for (const std::string& key : section.keys()) {
     const auto parameter = find_parameter(key);
     if (!parameter || !parameter->kind->is_of_a_wall) continue;
-    if (!has_wall(experiment.rig.scene, parameter->wall)) {
+    const bool is_there = std::any_of(scenes.begin(), scenes.end(), [&](const SceneData* scene) {
+      return has_wall(*scene, parameter->wall);
+    });
+    if (!is_there) {
       std::vector<std::string> walls;
-      for (const SceneWall& wall : experiment.rig.scene.walls) walls.push_back(wall.name);
+      for (const SceneData* scene : scenes) {
+        for (const SceneWall& wall : scene->walls) {
+          if (std::find(walls.begin(), walls.end(), wall.name) == walls.end())
+            walls.push_back(wall.name);
+        }
+      }
       section.fail(key,
-                   fmt::format("is no parameter, as the rig has no wall '{}'; its walls are {}",
+                   fmt::format("is no parameter, as no rig has a wall '{}'; the walls are {}",
                                parameter->wall,
                                fmt::join(walls, ", ")));
     }
