@@ -13,6 +13,9 @@ enum class CurveNumber {
   largest  // of all that was recorded
 };
 
+// The key `at` of an observable's settings; none where it is not stated.
+std::optional<CurveNumber> read_curve_number(datasets::TomlSection& settings);
+
 struct OwnCurve {
   std::string name;
   std::string column;        // of the replicates' tables

@@ -131,9 +131,7 @@ std::string CurveObservable::lacking_words() const {
          "moment";
 }
 
-namespace {
-
-std::optional<CurveNumber> read_number(datasets::TomlSection& settings) {
+std::optional<CurveNumber> read_curve_number(datasets::TomlSection& settings) {
   const auto at = settings.optional_text("at");
   if (!at) return std::nullopt;
   if (*at == "end") return CurveNumber::end;
@@ -141,6 +139,8 @@ std::optional<CurveNumber> read_number(datasets::TomlSection& settings) {
   if (*at == "largest") return CurveNumber::largest;
   settings.fail("at", "must be \"end\", \"mean\" or \"largest\"");
 }
+
+namespace {
 
 std::shared_ptr<const Observable> make(const datasets::Experiment&,
                                        datasets::TomlSection* settings) {
@@ -151,7 +151,7 @@ std::shared_ptr<const Observable> make(const datasets::Experiment&,
   curve.engine_curve = settings->text("engine_curve");
   curve.unit = settings->text("unit");
   curve.title = settings->optional_text("title").value_or(curve.name);
-  curve.number = read_number(*settings);
+  curve.number = read_curve_number(*settings);
   return std::make_shared<CurveObservable>(std::move(curve));
 }
 

@@ -258,12 +258,14 @@ const std::set<std::string> without_effect = {"title",
                                               "scene"};
 
 // What a word may be instead.
-const std::map<std::string, std::string> other_words = {{"normal", "uniform"},
-                                                        {"smooth", "requested"},
-                                                        {"gate", "joint"},
-                                                        {"lattice", "rain"},
-                                                        {"particles", "heap_height"},
-                                                        {"down", "up"}};
+const std::map<std::string, std::string> other_words = {
+    {"normal", "uniform"},
+    {"smooth", "requested"},
+    {"gate", "joint"},
+    {"lattice", "rain"},
+    {"particles", "heap_height"},
+    {"down", "up"},
+    {"wall_force_floor_z_n", "wall_force_floor_x_n"}};
 
 std::string stem_of(const std::string& key) {
   static const std::set<std::string> units = {
