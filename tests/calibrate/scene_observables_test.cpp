@@ -1,0 +1,171 @@
+// Observables of a scene as a rig, by closed forms of a bed at rest.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/problem.h"
+#include "datasets/input_error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace graintruth::calibrate {
+namespace {
+
+constexpr int grains = 200;
+constexpr double radius = 0.005, density = 1200.0, side = 0.05;  // m, kg/m3, m
+const double mass = grains * density * 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3);
+
+// Balls in a box, as they have settled.
+constexpr const char* box = R"(
+title = "Balls in a box"
+dimensions = 3
+[[material]]
+name = "ball"
+elastic_modulus_mpa = 5
+poisson_ratio = 0.3
+[[material]]
+name = "wall"
+rigid = true
+[[surfaces]]
+first = "ball"
+second = "ball"
+friction = 0.3
+restitution = 0.3
+[[surfaces]]
+first = "ball"
+second = "wall"
+friction = 0.0
+restitution = 0.3
+[[particle]]
+name = "ball"
+material = "ball"
+count = 200
+density_g_per_cm3 = 1.2
+radius_mm = 5
+[[wall]]
+name = "floor"
+material = "wall"
+shape = "plane"
+point_mm = [0, 0, 0]
+normal = [0, 0, 1]
+[[wall]]
+name = "left"
+material = "wall"
+shape = "plane"
+point_mm = [-25, 0, 0]
+normal = [1, 0, 0]
+[[wall]]
+name = "right"
+material = "wall"
+shape = "plane"
+point_mm = [25, 0, 0]
+normal = [-1, 0, 0]
+[[wall]]
+name = "front"
+material = "wall"
+shape = "plane"
+point_mm = [0, -25, 0]
+normal = [0, 1, 0]
+[[wall]]
+name = "back"
+material = "wall"
+shape = "plane"
+point_mm = [0, 25, 0]
+normal = [0, -1, 0]
+[fill]
+method = "lattice"
+low_mm = [-25, -25, 0]
+high_mm = [25, 25, 300]
+clearance_mm = 0.5
+[settle]
+longest_s = 2
+[run]
+duration_s = 0.2
+output_interval_s = 0.05
+fastest_impact_m_per_s = 1
+)";
+
+// The experiment whose replicates have a table of this content.
+struct BoxExperiment {
+  BoxExperiment(const std::string& measure, const std::string& table) {
+    folder.write("box.toml", box);
+    folder.write("table.csv", table);
+    const auto file = folder.write("experiment.toml", R"(title = "A box"
+[rig]
+kind = "scene"
+scene = "box.toml"
+[tune]
+restitution = {}
+[[replicate]]
+name = "one"
+curves = "table.csv"
+[[replicate]]
+name = "two"
+curves = "table.csv"
+[measure]
+frame_interval_s = 0.05
+frames = 4
+)" + measure);
+    experiment = datasets::load_experiment(file);
+    complete_particle(experiment);
+  }
+
+  std::string complaint() const {
+    try {
+      const Observables observables(experiment);
+    } catch (const datasets::InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  tests::TemporaryFolder folder;
+  datasets::Experiment experiment;
+};
+
+// Of the first observable, simulated.
+Channel simulated(const BoxExperiment& made) {
+  const std::vector<datasets::Recording> recordings(2);
+  const Problem problem = plan_problem(made.experiment, recordings);
+  const EngineRun run = problem.engine->run(
+      problem.spec_of(0, datasets::bench_parameters(made.experiment), 0.2, 1), {});
+  EXPECT_EQ(run.status, RunStatus::completed) << run.message;
+  const Situation situation{.particle = made.experiment.particle,
+                            .rig = made.experiment.replicates.front().rig,
+                            .measurement = made.experiment.measurement};
+  return problem.observables->measure(run.recording, situation).front();
+}
+
+void expect_refusal(const BoxExperiment& made, const std::vector<std::string>& parts) {
+  const std::string said = made.complaint();
+  for (const std::string& part : parts) EXPECT_NE(said.find(part), std::string::npos) << said;
+}
+
+TEST(WallForce, OfAFloorIsTheWeightOfWhatRestsOnIt) {
+  const BoxExperiment made(
+      "observables = [\"wall_force\"]\n[measure.wall_force]\nwall = \"floor\"\naxis = \"z\"\n",
+      "time_s,wall_force_n\n0,1\n1,1\n");
+  const Channel force = simulated(made);
+  ASSERT_EQ(force.values.size(), 4U);
+  // Downwards; the bed still swings a little where the run begins
+  for (std::size_t i = 1; i < force.values.size(); ++i)
+    EXPECT_NEAR(force.values[i], -mass * 9.81, 0.02 * mass * 9.81);
+}
+
+TEST(WallForce, OfNoWallOrNoDirectionIsRefused) {
+  const std::string asked = "observables = [\"wall_force\"]\n", table = "wall_force_n\n1\n";
+  expect_refusal(BoxExperiment(asked, table),
+                 {"experiment.toml", "[measure.wall_force]", "wall = "});
+  expect_refusal(
+      BoxExperiment(asked + "[measure.wall_force]\nwall = \"lid\"\naxis = \"z\"\n", table),
+      {"experiment.toml:18", "'measure.wall_force.wall'", "'lid'", "floor, left, right, front"});
+  expect_refusal(
+      BoxExperiment(asked + "[measure.wall_force]\nwall = \"floor\"\naxis = \"up\"\n", table),
+      {"experiment.toml:19", "'measure.wall_force.axis'", "\"z\""});
+  expect_refusal(
+      BoxExperiment(asked + "[measure.wall_force]\nwall = \"floor\"\naxs = \"z\"\n", table),
+      {"experiment.toml:17", "'measure.wall_force.axis'", "is missing"});
+}
+
+}  // namespace
+}  // namespace graintruth::calibrate
