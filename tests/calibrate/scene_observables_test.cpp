@@ -73,10 +73,11 @@ shape = "plane"
 point_mm = [0, 25, 0]
 normal = [0, -1, 0]
 [fill]
-method = "lattice"
+method = "rain"
 low_mm = [-25, -25, 0]
-high_mm = [25, 25, 300]
-clearance_mm = 0.5
+high_mm = [25, 25, 150]
+interval_s = 0.004
+speed_m_per_s = 1
 [settle]
 longest_s = 2
 [run]
@@ -165,6 +166,47 @@ TEST(WallForce, OfNoWallOrNoDirectionIsRefused) {
   expect_refusal(
       BoxExperiment(asked + "[measure.wall_force]\nwall = \"floor\"\naxs = \"z\"\n", table),
       {"experiment.toml:17", "'measure.wall_force.axis'", "is missing"});
+}
+
+constexpr const char* of_the_box =
+    "observables = [\"bulk_density\"]\n[measure.bulk_density]\nwidth_mm = 50\ndepth_mm = 50\n";
+
+// Two layers, of which the upper one is half full: h = 2 <z>.
+TEST(BulkDensity, IsTheMassOfTheGrainsOverTheVolumeOfTheBed) {
+  const BoxExperiment made(of_the_box, "bulk_density_kg_per_m3\n700\n");
+  datasets::Trajectories tracks = datasets::make_trajectories(1, 100, false);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < tracks.poses.size(); ++i) {
+    tracks.poses[i].z = i < 60 ? radius : 3.0 * radius;
+    sum += tracks.poses[i].z;
+  }
+  const Situation situation{.particle = made.experiment.particle,
+                            .rig = made.experiment.replicates.front().rig,
+                            .measurement = made.experiment.measurement};
+  const Observables observables(made.experiment);
+  const datasets::Recording recording{.tracks = tracks};
+  const Channel channel = observables.all().front()->measure(recording, situation);
+  const double expected = 0.5 * mass / (side * side * 2.0 * sum / 100.0);
+  ASSERT_EQ(channel.values.size(), 1U);
+  EXPECT_NEAR(channel.values.front(), expected, 1e-9 * expected);
+}
+
+// Balls that fall into a box take 55 to 64 % of its volume, less beside walls.
+TEST(BulkDensity, OfBallsInABoxIsThatOfLooseOrDensePacking) {
+  const BoxExperiment made(of_the_box, "bulk_density_kg_per_m3\n700\n");
+  const double share = simulated(made).values.front() / density;
+  EXPECT_GT(share, 0.48);
+  EXPECT_LT(share, 0.64);
+}
+
+TEST(BulkDensity, OfNoContainerIsRefused) {
+  const std::string asked = "observables = [\"bulk_density\"]\n", table = "force_n\n1\n";
+  expect_refusal(BoxExperiment(asked, table),
+                 {"experiment.toml", "[measure.bulk_density]", "diameter_mm"});
+  expect_refusal(BoxExperiment(asked + "[measure.bulk_density]\nwidth_mm = 50\n", table),
+                 {"experiment.toml:17", "'measure.bulk_density.depth_m'", "is missing"});
+  expect_refusal(BoxExperiment(asked + "[measure.bulk_density]\ndiameter_mm = 0\n", table),
+                 {"experiment.toml:18", "'measure.bulk_density.diameter_mm'", "above 0"});
 }
 
 }  // namespace
