@@ -1,11 +1,11 @@
-// The files that are built into the program: templates of what export writes.
+// The files that are built into the program: templates of what export and new write.
 #pragma once
 
 #include <string_view>
 
 namespace graintruth::app {
 
-// The content of an embedded file by its path below app/export, e.g. "yade/drop.py.mustache".
+// The content of an embedded file by its path below app, e.g. "export/yade/drop.py.mustache".
 // Another name is a mistake of ours and throws std::logic_error.
 std::string_view asset(std::string_view name);
 

@@ -98,7 +98,7 @@ struct CheckCommand {
 int run_check(const CheckCommand& command);
 
 struct NewCommand {
-  std::string kind;  // micro or macro
+  std::string kind;  // micro, macro, walls or scene
   std::filesystem::path folder;
 };
 int run_new(const NewCommand& command);
@@ -107,7 +107,7 @@ struct SimulateCommand {
   CommonOptions common;
   std::filesystem::path scene;    // .toml, or a deck .txt
   std::filesystem::path sidecar;  // of a deck; empty: beside it, or the bundled one of its name
-  double time_limit = 0.0;      // s; 0: none
+  double time_limit = 0.0;        // s; 0: none
   bool render = false;
   bool povray = false;
   bool paraview = false;

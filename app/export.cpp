@@ -29,7 +29,7 @@ using mustache::data;
 using Rebound = std::function<double(double restitution, int contacts)>;
 
 std::string filled(const std::string& name, const data& values) {
-  mustache::mustache page{std::string(asset(name + ".mustache"))};
+  mustache::mustache page{std::string(asset("export/" + name + ".mustache"))};
   page.set_custom_escape([](const std::string& text) { return text; });
   std::string text = page.render(values);
   if (!page.is_valid()) throw std::logic_error(name + ": " + page.error_message());

@@ -169,11 +169,18 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
     });
   };
   add("micro",
-      "Few particles, each of which is followed (section 4.2 of the thesis)",
+      "Few particles in a hopper with a piston, each of which is followed (section 4.2 of the "
+      "thesis)",
       "new micro my-rig");
   add("macro",
       "A bin that runs out through orifices of several widths (section 4.3 of the thesis)",
       "new macro my-bin");
+  add("walls",
+      "Particles between walls that are stated one by one, with or without a piston",
+      "new walls my-rig");
+  add("scene",
+      "Any rig that a scene file describes: a box with a gate on a load cell, and its scene file",
+      "new scene my-box");
 }
 
 void add_export(CLI::App& program, app::ExportCommand& command, int& status) {

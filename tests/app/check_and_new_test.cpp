@@ -1,4 +1,7 @@
 // check and new: what a user does before the first calibration.
+#include <fstream>
+#include <utility>
+
 #include "tests/app/bad_input.h"
 
 namespace graintruth::tests {
@@ -48,12 +51,72 @@ TEST_F(CheckAndNew, TheBinsTemplateIsReadyOnceItsFilmsAreThere) {
   EXPECT_EQ(check.status, 0) << check.out << check.err;
 }
 
+// Six balls that the piston takes down at once.
+void write_sinking_balls(const std::filesystem::path& file, int number) {
+  std::ofstream table(file);
+  table << "time_s,particle,x_m,z_m\n";
+  for (int frame = 0; frame <= 60; ++frame) {
+    const double time = 0.05 * (frame - 5);
+    int particle = 0;
+    for (const auto& [x, z] : {std::pair(-22.0, 8.0),
+                               std::pair(-5.0, 8.0),
+                               std::pair(12.0, 8.0),
+                               std::pair(-13.5, 22.0),
+                               std::pair(3.5, 22.0),
+                               std::pair(21.0, 22.0)}) {
+      const double down = 40.0 * std::max(0.0, time) + 0.1 * number;
+      table << time << ',' << ++particle << ',' << 1e-3 * x << ',' << 1e-3 * (z - down) << '\n';
+    }
+  }
+}
+
+TEST_F(CheckAndNew, TheTemplateOfWallsIsReadyOnceItsTablesAreThere) {
+  const auto rig = folder_ / "rig";
+  const ProgramOutcome made = run_program({"new", "walls", rig});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string experiment = rig / "experiment.toml";
+  expect_refusal(run_program({"check", experiment, "--out", out()}), {"tracks1.csv"});
+  for (int n = 1; n <= 5; ++n)
+    write_sinking_balls(rig / ("tracks" + std::to_string(n) + ".csv"), n);
+  const ProgramOutcome check = run_program({"check", experiment, "--out", out()});
+  EXPECT_EQ(check.status, 0) << check.out << check.err;
+  for (const char* part :
+       {"6 of 1 sphere(s)", "walls, 4 walls", "friction_particle_chute", "Ready"})
+    EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
+  EXPECT_FALSE(contains(check.out, "doubtful")) << check.out;
+}
+
+TEST_F(CheckAndNew, TheTemplateOfASceneIsReadyOnceItsTablesAreThere) {
+  const auto rig = folder_ / "rig";
+  const ProgramOutcome made = run_program({"new", "scene", rig});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string experiment = rig / "experiment.toml";
+  expect_refusal(run_program({"check", experiment, "--out", out()}), {"cell1.csv"});
+  for (int n = 1; n <= 3; ++n) {
+    // 100 g of the 126 g leave within 0.4 s
+    std::ofstream table(rig / ("cell" + std::to_string(n) + ".csv"));
+    table << "time_s,mass_g\n";
+    for (int reading = 0; reading <= 100; ++reading) {
+      const double time = 0.01 * reading;
+      table << time << ',' << std::min(100.0, 250.0 * time + 0.2 * n * (reading > 0)) << '\n';
+    }
+  }
+  const ProgramOutcome check = run_program({"check", experiment, "--out", out()});
+  EXPECT_EQ(check.status, 0) << check.out << check.err;
+  for (const char* part : {"200 of 1 sphere(s)", "discharge_rate, what_stays", "Ready"})
+    EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
+}
+
 TEST_F(CheckAndNew, NewOverwritesNothing) {
   const auto rig = folder_ / "rig";
   std::filesystem::create_directories(rig);
   folder_.write("rig/experiment.toml", "mine");
   expect_refusal(run_program({"new", "micro", rig}), {"rig/experiment.toml", "not overwritten"});
   EXPECT_EQ(content_of(rig / "experiment.toml"), "mine");
+  std::filesystem::rename(rig / "experiment.toml", rig / "box.toml");
+  expect_refusal(run_program({"new", "scene", rig}), {"rig/box.toml", "not overwritten"});
+  EXPECT_EQ(content_of(rig / "box.toml"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(rig / "experiment.toml"));
 }
 
 TEST_F(CheckAndNew, CheckNamesEverythingThatIsMissing) {
