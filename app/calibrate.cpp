@@ -127,6 +127,7 @@ CommonOptions options_of_part(const CommonOptions& options,
 // Several experiments, one set of parameters.
 void calibrate_several(const CalibrateCommand& command, const datasets::JointExperiment& several) {
   Session whole("calibrate", command.common, several.common);
+  whole.record().compares = false;
   // 1. Each experiment tracked and measured, in a folder of its own
   std::vector<std::unique_ptr<Session>> sessions;
   std::vector<calibrate::Problem> problems;

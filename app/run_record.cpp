@@ -1,9 +1,12 @@
 #include "app/run_record.h"
 
+#include <fmt/format.h>
+
 #include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "calibrate/engines/scene_build.h"
+#include "calibrate/problem.h"
 #include "datasets/experiment/tracking_spec.h"
 
 namespace graintruth::app {
@@ -49,6 +52,27 @@ Json camera_json(const datasets::Camera& camera) {
   json["frame_rate_hz"] = camera.frame_rate;
   json.erase("frame_rate");
   return json;
+}
+
+// What is compared, of what, in which conditions.
+void add_comparison(const datasets::Experiment& experiment, Json& json) {
+  json["rig"] = experiment.rig.kind;
+  Json observables = Json::array();
+  for (const datasets::RequestedObservable& requested : experiment.measurement.observables)
+    observables.push_back({{"name", requested.name}, {"weight", requested.weight}});
+  json["measure"]["observables"] = observables;
+  Json conditions = Json::array();
+  for (const calibrate::Condition& condition : calibrate::conditions_of(experiment)) {
+    Json settings = Json::object();
+    for (const auto& [name, value, unit] : condition.settings)
+      settings[fmt::format("{}_{}", name, unit)] = value;
+    Json replicates = Json::array();
+    for (const std::size_t r : condition.replicates)
+      replicates.push_back(experiment.replicates[r].name);
+    conditions.push_back(
+        {{"settings", settings}, {"replicates", replicates}, {"held_out", condition.held_out}});
+  }
+  json["conditions"] = conditions;
 }
 
 Json configuration_json(const datasets::Experiment& experiment) {
@@ -107,6 +131,8 @@ void write_run_record(const datasets::RunFolder& folder,
                       const CommonOptions& options,
                       const datasets::Experiment& experiment,
                       const RunRecord& record) {
+  Json configuration = configuration_json(experiment);
+  if (record.compares) add_comparison(experiment, configuration);
   Json stages = Json::array();
   for (const calibrate::StageTime& stage : record.stages) {
     stages.push_back({{"name", stage.name}, {"seconds", stage.seconds}});
@@ -119,7 +145,7 @@ void write_run_record(const datasets::RunFolder& folder,
                      {"jobs", record.jobs},
                      {"options", record.options},
                      {"simulations_run", record.simulations_run},
-                     {"configuration", configuration_json(experiment)},
+                     {"configuration", configuration},
                      {"rig", rig_json(experiment.rig)},
                      {"input_hashes", record.input_hashes},
                      {"stages", stages}};

@@ -19,6 +19,9 @@ struct RunRecord {
   std::map<std::string, std::string> input_hashes;
   std::map<std::string, std::string> options;  // resolved, beyond those common to all verbs
   std::vector<calibrate::StageTime> stages;
+  // False where films are only tracked, and of several experiments together, each of which has a
+  // record of its own
+  bool compares = true;
   int simulations_run = 0;  // by this command; the others were in the journal already
 };
 

@@ -38,6 +38,7 @@ Session::Session(std::string verb, const CommonOptions& options, datasets::Exper
       made_(folder_for(options, experiment_)),
       folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
   record_.verb = std::move(verb);
+  record_.compares = record_.verb != "track";
   // Before any film is tracked for nothing
   if (record_.verb != "track") {
     calibrate::complete_particle(experiment_);
