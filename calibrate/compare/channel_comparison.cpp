@@ -301,6 +301,7 @@ double ChannelComparison::noise(std::span<const SimulatedRun> runs) const {
     double variance = 0.0;
     std::vector<int> weights(own.size(), 1);
     for (const std::vector<std::size_t>& stratum : strata_of(i, own.size())) {
+      if (stratum.size() < 2) continue;  // without its only run nothing is left to compare
       std::vector<double> values;
       for (const std::size_t run : stratum) {
         if (own[run].status != RunStatus::completed && !counts_failures) continue;
