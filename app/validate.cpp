@@ -1,8 +1,6 @@
 // graintruth validate: how well given parameters agree with the films; nothing is tuned.
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "app/session.h"
 #include "app/side_by_side.h"
 #include "calibrate/result_files.h"
@@ -12,11 +10,16 @@ namespace graintruth::app {
 
 namespace {
 
-// Whether values are compared that replicates repeat.
-bool gives_agreement(const calibrate::Problem& problem) {
-  const std::vector<calibrate::SimulatedRun> nothing(problem.calibrated_scenes.size(),
-                                                     {.status = calibrate::RunStatus::unstable});
-  return !std::isnan(problem.calibrated->percent_inside(nothing));
+// Before anything is simulated for an agreement that never comes.
+void require_agreement_exists(const datasets::Experiment& experiment) {
+  const calibrate::Observables observables(experiment);
+  for (const auto& [place, weight] : observables.compared()) {
+    if (observables.all()[place]->gives_agreement()) return;
+  }
+  throw datasets::InputError(
+      fmt::format("{}: what is compared has no agreement in percent, which tracks and heap_height "
+                  "alone give; leave out --require-agreement.",
+                  experiment.file.string()));
 }
 
 }  // namespace
@@ -25,13 +28,9 @@ int run_validate(const ValidateCommand& command) {
   Session session("validate", command.common, command.experiment);
   const calibrate::ParameterSet parameters = calibrate::load_parameters(
       command.parameters, datasets::bench_parameters(session.experiment()));
+  if (command.require_agreement) require_agreement_exists(session.experiment());
   session.track();
   const calibrate::Problem problem = session.problem();
-  if (command.require_agreement && !gives_agreement(problem)) {
-    throw datasets::InputError(fmt::format(
-        "{}: what is compared has no agreement in percent; leave out --require-agreement.",
-        command.experiment.string()));
-  }
   calibrate::Journal journal(session.folder().journal());
   const auto ensemble = session.ensemble_of_all(problem, journal);
   // 1. The same fraction of the time step as the calibration found, where the parameter file is its

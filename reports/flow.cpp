@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "reports/sections.h"
@@ -15,7 +16,10 @@ namespace {
 
 constexpr double coverage = 2.0;  // of u_val, as ASME V&V 20 takes for 95 %
 
-std::string millimetres(double metres) { return plain(1e3 * metres) + "\u00a0mm"; }
+// Grains leave some rigs otherwise than through an orifice.
+std::string opening(double metres) {
+  return std::isfinite(metres) ? plain(1e3 * metres) + "\u00a0mm" : "the exit";
+}
 std::string grams_per_second(double rate) { return decimal(1e3 * rate, 2); }
 
 bool is_resolved(const Json& row) {
@@ -50,7 +54,7 @@ TableView rate_table(const RunData& data, const Json& rows) {
   for (const Json& row : rows) {
     const double filmed = number(row, {"filmed_kg_per_s"});
     const double error = number(row, {"error_kg_per_s"});
-    table.add_row({millimetres(number(row, {"orifice_m"})),
+    table.add_row({opening(number(row, {"orifice_m"})),
                    use_of(data, row),
                    grams_per_second(filmed),
                    grams_per_second(number(row, {"simulated_kg_per_s"})),
@@ -72,9 +76,9 @@ TableView uncertainty_table(const Json& rows) {
        {"Time step"},
        {"Filmed jams (95 %)"},
        {"Simulated jams (95 %)"},
-       {"Curve inside the films' band"}});
+       {"Curve inside the measured band"}});
   for (const Json& row : rows) {
-    table.add_row({millimetres(number(row, {"orifice_m"})),
+    table.add_row({opening(number(row, {"orifice_m"})),
                    grams_per_second(number(row, {"film_uncertainty_kg_per_s"})),
                    grams_per_second(number(row, {"run_uncertainty_kg_per_s"})),
                    grams_per_second(number(row, {"input_uncertainty_kg_per_s"})),
@@ -84,6 +88,15 @@ TableView uncertainty_table(const Json& rows) {
                    percent(100.0 * number(row, {"curve_inside"}))});
   }
   return table;
+}
+
+// Widths that can be told apart: where there is no orifice the cell is empty.
+std::vector<double> orifice_column(const datasets::Table& table) {
+  std::vector<double> widths = column(table, "orifice_m");
+  for (double& width : widths) {
+    if (std::isnan(width)) width = std::numeric_limits<double>::infinity();
+  }
+  return widths;
 }
 
 // The rows of one orifice (and, where it is not empty, of one source).
@@ -96,7 +109,7 @@ struct Selected {
   }
 };
 Selected select(const datasets::Table& table, double orifice, std::string_view source = {}) {
-  const std::vector<double> orifices = column(table, "orifice_m");
+  const std::vector<double> orifices = orifice_column(table);
   const std::vector<std::string> sources =
       source.empty() ? std::vector<std::string>() : text_column(table, "source");
   Selected selected;
@@ -108,7 +121,7 @@ Selected select(const datasets::Table& table, double orifice, std::string_view s
 }
 
 std::set<double> orifices_of(const datasets::Table& table) {
-  const std::vector<double> all = column(table, "orifice_m");
+  const std::vector<double> all = orifice_column(table);
   return {all.begin(), all.end()};
 }
 
@@ -119,7 +132,7 @@ Figure curve_figure(const datasets::Table& table) {
                     "which one more film would lie with 95 %. Simulation: the mean, the lowest and "
                     "the highest run.",
                 .height = 420,
-                .layout = {{"xaxis", axis("Time since the orifice opened (s)")},
+                .layout = {{"xaxis", axis("Time since the start event (s)")},
                            {"yaxis", axis("Discharged particles")}},
                 .menu = "Orifice",
                 .choices = {}};
@@ -127,7 +140,7 @@ Figure curve_figure(const datasets::Table& table) {
     const Selected rows = select(table, orifice);
     const std::vector<double> time = rows.of(column(table, "time_s"));
     const auto numbers = [&](const char* name) { return rows.of(column(table, name)); };
-    FigureChoice choice{.label = millimetres(orifice)};
+    FigureChoice choice{.label = opening(orifice)};
     choice.traces.push_back(band(time,
                                  numbers("filmed_lower"),
                                  numbers("filmed_upper"),
@@ -161,7 +174,7 @@ Figure profile_figure(const datasets::Table& table) {
                 .menu = "Orifice",
                 .choices = {}};
   for (const double orifice : orifices_of(table)) {
-    FigureChoice choice{.label = millimetres(orifice)};
+    FigureChoice choice{.label = opening(orifice)};
     for (const bool simulated : {false, true}) {
       const Selected rows = select(table, orifice, simulated ? "simulation" : "experiment");
       if (rows.rows.empty()) continue;
@@ -204,7 +217,7 @@ Figure boundary_figure(const datasets::Table& table) {
   for (const double orifice : orifices_of(table)) {
     const Selected rows = select(table, orifice);
     const std::vector<double> x = rows.of(column(table, "x_m"), 1e3);
-    FigureChoice choice{.label = millimetres(orifice)};
+    FigureChoice choice{.label = opening(orifice)};
     choice.traces.push_back(
         line(x, rows.of(column(table, "filmed_height_m"), 1e3), "films", "var(--measured-strong)"));
     choice.traces.push_back(line(
@@ -221,7 +234,7 @@ TableView overlap_table(const Json& rows) {
       {{"Orifice", Align::left}, {"Overlap"}});
   for (const Json& row : rows)
     table.add_row(
-        {millimetres(number(row, {"orifice_m"})), decimal(number(row, {"stagnant_overlap"}), 2)});
+        {opening(number(row, {"orifice_m"})), decimal(number(row, {"stagnant_overlap"}), 2)});
   return table;
 }
 
@@ -278,8 +291,7 @@ TableView derived_table(const Json& result) {
   std::set<double> orifices;
   for (const Json& row : list(result, {"kinematic"})) orifices.insert(number(row, {"orifice_m"}));
   for (const double orifice : orifices) {
-    std::vector<std::string> cells = {
-        fmt::format("B/d at {} (95 % interval)", millimetres(orifice))};
+    std::vector<std::string> cells = {fmt::format("B/d at {} (95 % interval)", opening(orifice))};
     for (const char* source : {"experiment", "simulation"}) {
       std::string cell(nothing);
       for (const Json& row : list(result, {"kinematic"})) {
@@ -308,16 +320,16 @@ std::vector<std::string> flow_sentences(const RunData& data) {
     double largest = 0.0;
     for (const Json& row : rows) {
       if ((at(row, {"held_out"}) == true) != held_out) continue;
-      widths.push_back(millimetres(number(row, {"orifice_m"})));
+      widths.push_back(opening(number(row, {"orifice_m"})));
       const double relative = number(row, {"error_kg_per_s"}) / number(row, {"filmed_kg_per_s"});
       if (!std::isfinite(relative)) {
-        jammed.push_back(millimetres(number(row, {"orifice_m"})));
+        jammed.push_back(opening(number(row, {"orifice_m"})));
         continue;
       }
       if (std::abs(relative) > std::abs(largest)) largest = relative;
       if (is_resolved(row))
-        differing.push_back(fmt::format(
-            "{} ({})", millimetres(number(row, {"orifice_m"})), percent(100.0 * relative)));
+        differing.push_back(
+            fmt::format("{} ({})", opening(number(row, {"orifice_m"})), percent(100.0 * relative)));
     }
     if (widths.empty()) continue;
     std::string sentence =
@@ -367,6 +379,10 @@ Section flow_section(const RunData& data, Section section) {
     section.add_figure(boundary_figure(*boundaries));
     section.add_table(overlap_table(rows));
   }
+  const bool has_orifices = std::all_of(rows.begin(), rows.end(), [](const Json& row) {
+    return std::isfinite(number(row, {"orifice_m"}));
+  });
+  if (!has_orifices) return section;  // nothing else depends on their width
   section.add_figure(beverloo_figure(rows));
   section.add_table(derived_table(data.result));
   return section;

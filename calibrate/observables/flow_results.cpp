@@ -297,6 +297,15 @@ class FlowScorer {
   std::vector<std::vector<CurvePoint>> curves_;  // one an orifice
 };
 
+// Grains leave some rigs otherwise than through an orifice, which then is as wide as anything.
+std::string orifice_cell(double orifice) {
+  return std::isfinite(orifice) ? number_text(orifice) : "";
+}
+Json orifice_json(double orifice) { return std::isfinite(orifice) ? Json(orifice) : Json(); }
+std::string exit_words(double orifice) {
+  return std::isfinite(orifice) ? fmt::format("Orifice {:4.0f} mm", 1e3 * orifice) : "Exit";
+}
+
 // --- Files
 // ----------------------------------------------------------------------------------------
 
@@ -305,7 +314,7 @@ Json film_json(const BulkRun& film) {
   const auto steady = steady_rate(measured.discharge, film.rig);
   const Arching arching = find_arching(measured.discharge, film.rig);
   Json json = {{"name", film.name},
-               {"orifice_m", film.rig.orifice},
+               {"orifice_m", orifice_json(film.rig.orifice)},
                {"particles", measured.discharge.particles},
                {"discharged", measured.discharge.times.size()}};
   if (measured.of_tracks) {
@@ -349,7 +358,7 @@ void add_run_tables(std::span<const BulkRun> runs,
     const BulkRun& one = runs[i];
     const auto steady = steady_rate(one.measured.discharge, one.rig);
     const Arching arching = find_arching(one.measured.discharge, one.rig);
-    const std::string orifice = number_text(one.rig.orifice);
+    const std::string orifice = orifice_cell(one.rig.orifice);
     const datasets::Recording& recording = recordings[i];
     for (const double time :
          recording.tracks ? recording.tracks->time : recording.discharge->time) {
@@ -389,7 +398,7 @@ void add_run_tables(std::span<const BulkRun> runs,
 
 // Rates of the orifices, Beverloo and B of one set of runs.
 Json flow_json(const OrificeFlow& flow) {
-  return {{"orifice_m", flow.orifice},
+  return {{"orifice_m", orifice_json(flow.orifice)},
           {"rate_kg_per_s", flow.rate},
           {"lower", flow.rate - flow.half_width},
           {"upper", flow.rate + flow.half_width},
@@ -408,7 +417,7 @@ Json beverloo_json(const FlowFits& fits) {
 
 Json kinematic_json(const OrificeFlow& flow, double diameter) {
   const KinematicFit& fit = *flow.kinematic;
-  return {{"orifice_m", flow.orifice},
+  return {{"orifice_m", orifice_json(flow.orifice)},
           {"height_m", flow.height},
           {"B_over_d", fit.B / diameter},
           {"lower", fit.lower / diameter},
@@ -438,7 +447,7 @@ Json probability_json(const Probability& probability) {
 }
 
 Json comparison_json(const OrificeComparison& row) {
-  return {{"orifice_m", row.orifice},
+  return {{"orifice_m", orifice_json(row.orifice)},
           {"held_out", row.held_out},
           {"filmed_kg_per_s", row.filmed},
           {"simulated_kg_per_s", row.simulated},
@@ -465,7 +474,7 @@ void add_curves(const FlowScorer& scorer, Results& results) {
                "simulated_upper"});
   for (std::size_t i = 0; i < scorer.curves().size(); ++i) {
     for (const CurvePoint& point : scorer.curves()[i]) {
-      table.add({number_text(scorer.rows()[i].orifice),
+      table.add({orifice_cell(scorer.rows()[i].orifice),
                  number_text(point.time),
                  number_text(point.filmed),
                  number_text(point.lower),
@@ -510,7 +519,7 @@ void add_profile_comparison(const Problem& problem, const Confirmed& confirmed, 
         if (of_bin.empty()) continue;
         double mean = 0.0;
         for (const double velocity : of_bin) mean += velocity / static_cast<double>(of_bin.size());
-        table.add({number_text(bulk_rig(situation).orifice),
+        table.add({orifice_cell(bulk_rig(situation).orifice),
                    number_text(middles[bin]),
                    simulated ? "simulation" : "experiment",
                    number_text(mean),
@@ -530,7 +539,7 @@ void add_boundaries(const FlowScorer& scorer, Results& results) {
     const std::size_t columns = std::min(row.filmed_stagnant.size(), row.simulated_stagnant.size());
     for (std::size_t column = 0; column < columns; ++column) {
       const double share = (static_cast<double>(column) + 0.5) / static_cast<double>(columns);
-      table.add({number_text(row.orifice),
+      table.add({orifice_cell(row.orifice),
                  number_text((share - 0.5) * width),
                  number_text(row.filmed_stagnant[column]),
                  number_text(row.simulated_stagnant[column])});
@@ -548,7 +557,7 @@ void add_rates(const FlowScorer& scorer, Results& results) {
                "validation_uncertainty_kg_per_s",
                "curve_inside"});
   for (const OrificeComparison& row : scorer.rows()) {
-    table.add({number_text(row.orifice),
+    table.add({orifice_cell(row.orifice),
                row.held_out ? "1" : "0",
                number_text(row.filmed),
                number_text(row.simulated),
@@ -597,9 +606,9 @@ std::string words_on(const FlowFits& fits) {
     const double upper = flow.kinematic->upper / diameter;
     const bool balances = std::abs(flow.flux_over_rate - 1.0) <= 0.1;
     words += fmt::format(
-        "Orifice {:.0f} mm: B {:.2f} d ({:.2f} to {}), at {:.0f} mm; v rho W over the rate "
+        "{}: B {:.2f} d ({:.2f} to {}), at {:.0f} mm; v rho W over the rate "
         "{:.2f}{}\n",
-        1e3 * flow.orifice,
+        exit_words(flow.orifice),
         flow.kinematic->B / diameter,
         flow.kinematic->lower / diameter,
         std::isfinite(upper) ? fmt::format("{:.2f}", upper) : std::string("not bounded"),
@@ -611,24 +620,22 @@ std::string words_on(const FlowFits& fits) {
 }
 
 std::string words_on(const OrificeComparison& row) {
-  const std::string held_out = row.held_out ? ", held out" : "";
+  const std::string place = exit_words(row.orifice) + (row.held_out ? ", held out" : "");
+  if (std::isnan(row.error()) && row.filmed_jams.runs == 0)
+    return fmt::format("{:24} no steady flow in replicates or simulations: no rates to compare",
+                       place);
   if (std::isnan(row.error())) {
-    return fmt::format(
-        "Orifice {:4.0f} mm{:12} {} of {} films and {} of {} simulations jammed: no rates to "
-        "compare",
-        1e3 * row.orifice,
-        held_out,
-        row.filmed_jams.happened,
-        row.filmed_jams.runs,
-        row.simulated_jams.happened,
-        row.simulated_jams.runs);
+    return fmt::format("{:24} {} of {} films and {} of {} simulations jammed: no rates to compare",
+                       place,
+                       row.filmed_jams.happened,
+                       row.filmed_jams.runs,
+                       row.simulated_jams.happened,
+                       row.simulated_jams.runs);
   }
   return fmt::format(
-      "Orifice {:4.0f} mm{:12} {:7.2f} g/s filmed, {:7.2f} simulated: E {:+6.2f}, u_val {:5.2f} "
-      "g/s; "
-      "curve inside the films' band {:3.0f} % of the time",
-      1e3 * row.orifice,
-      held_out,
+      "{:24} {:7.2f} g/s measured, {:7.2f} simulated: E {:+6.2f}, u_val {:5.2f} g/s; curve inside "
+      "the band of the replicates {:3.0f} % of the time",
+      place,
       1e3 * row.filmed,
       1e3 * row.simulated,
       1e3 * row.error(),
@@ -685,7 +692,8 @@ void tell_rates(const Problem& problem, const Evaluation& evaluation, Results& r
   for (const Condition& condition : problem.conditions) {
     if (condition.held_out) continue;
     results.json["orifices"].push_back(
-        {{"orifice_m", bulk_rig(problem.situations[condition.replicates.front()]).orifice},
+        {{"orifice_m",
+          orifice_json(bulk_rig(problem.situations[condition.replicates.front()]).orifice)},
          {"filmed_kg_per_s", rule.band(place).mean.front()},
          {"simulated_kg_per_s", rule.simulated_mean(*runs, place).front()}});
     ++place;

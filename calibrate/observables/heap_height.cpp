@@ -41,6 +41,7 @@ class HeapHeight final : public Observable {
     return channel;
   }
   bool needs_tracks() const override { return true; }
+  bool gives_agreement() const override { return true; }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
     auto of = parts.of(name());

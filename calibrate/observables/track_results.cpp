@@ -252,13 +252,15 @@ void conclude_agreement(std::string_view observable,
   add_agreement_table(thesis, student, results);
   add_ranks(compared, thesis, student, results);
   add_bands(compared, results);
-  results.lines.push_back(fmt::format(
-      "Agreement {:.1f} % (Student t; ceiling {:.1f} %, a replicate scores {:.1f} %), {:.1f} % in "
-      "the thesis's form",
-      student.percent,
-      ceiling,
-      leave_one_out,
-      thesis.percent));
+  results.lines.push_back(
+      fmt::format("Agreement {:.1f} % (Student t; ceiling {:.1f} %, {}), {:.1f} % in the thesis's "
+                  "form",
+                  student.percent,
+                  ceiling,
+                  std::isnan(leave_one_out)
+                      ? fmt::format("{} replicates are too few to score one by the others", count)
+                      : fmt::format("a replicate scores {:.1f} %", leave_one_out),
+                  thesis.percent));
   // A model that agrees less with the replicates than they do with each other is not the answer
   if (student.percent < leave_one_out) {
     results.warnings.push_back(fmt::format(

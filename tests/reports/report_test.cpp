@@ -561,5 +561,28 @@ TEST(FlowReport, TellsWhatWasPredictedFromWhatWasFitted) {
   EXPECT_EQ(page.find("id=\"tracks\""), std::string::npos);
 }
 
+TEST(FlowReport, CallsTheWayOutAnExitWhereThereIsNoOrifice) {
+  const std::filesystem::path root = tests::empty_folder("FlowReport");
+  const datasets::RunFolder folder = tests::write_fixture_flow_run(root / "run");
+  Json result = Json::parse(datasets::read_whole(folder.result()));
+  Json row = result["comparison"][1];
+  row["orifice_m"] = nullptr;
+  result["comparison"] = {row};
+  result.erase("kinematic");
+  result.erase("beverloo");
+  datasets::write_whole(folder.result(), result.dump());
+  datasets::write_whole(
+      folder.table("discharge_curves"),
+      "orifice_m,time_s,filmed_count,filmed_lower,filmed_upper,simulated_count,"
+      "simulated_lower,simulated_upper\n,0,0,0,0,0,0,0\n,0.1,17,16,18,17,15,19\n");
+  const std::string page = build_report(folder);
+  std::filesystem::remove_all(root);
+  EXPECT_NE(page.find("Fitted to the flow through the exit"), std::string::npos);
+  EXPECT_NE(page.find("id=\"flow-curves\""), std::string::npos);
+  EXPECT_EQ(page.find("id=\"flow-beverloo\""), std::string::npos);
+  for (const char* wrong : {"inf\u00a0mm", "nan\u00a0mm"})
+    EXPECT_EQ(page.find(wrong), std::string::npos) << wrong;
+}
+
 }  // namespace
 }  // namespace graintruth::reports
