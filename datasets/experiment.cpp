@@ -13,6 +13,7 @@
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/rigs/rig_kind.h"
+#include "datasets/scene_particle.h"
 #include "datasets/toml_section.h"
 #include "datasets/tuned_parameters.h"
 
@@ -223,7 +224,11 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
         read_particle(root.section("particle"), purpose, folder, experiment.inputs);
     if (is_read("material")) experiment.material = read_material(root.section("material"));
     context.particle = &experiment.particle;
-    if (rig) experiment.rig = read_rig(*rig, nullptr, context);
+    if (rig) {
+      experiment.rig = read_rig(*rig, nullptr, context);
+      TomlSection particle = root.section("particle");
+      require_one_layer(particle, experiment.particle.model);
+    }
   }
   experiment.starts = read_starts(root, experiment.particle.count);
   // 2. Replicates, each in its own state of the rig

@@ -187,6 +187,7 @@ std::vector<SceneParticle> read_particles(TomlSection& root, SceneFile& scene) {
     }
     particle.count = section.optional_whole_number("count", 0, most_particles).value_or(0);
     read_particle_shape(section, scene.file.parent_path(), scene.inputs, particle);
+    if (scene.is_planar) require_one_layer(section, particle);
     particle.density = section.optional_quantity("density", density_units, positive);
     particle.mass = section.optional_quantity("mass", mass_units, positive);
     if (particle.density.has_value() == particle.mass.has_value()) {

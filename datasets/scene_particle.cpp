@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "datasets/geometry_files.h"
 #include "datasets/input_error.h"
 #include "datasets/table.h"
@@ -14,7 +16,8 @@ using Eigen::Vector3d;
 
 constexpr Range length_range{0.0, 1e3, false, "a length above 0 and at most 1 km"};
 constexpr Range place_range{-1e4, 1e4, true, "a place within 10 km of the origin"};
-constexpr int most_spheres = 300;  // a particle
+constexpr int most_spheres = 300;   // a particle
+constexpr double round_off = 1e-9;  // of a radius; as the simulator allows it
 
 std::vector<SceneSphere> read_spheres(TomlSection& section) {
   std::vector<SceneSphere> spheres;
@@ -89,6 +92,14 @@ SceneProfile read_profile(TomlSection section,
   return profile;
 }
 
+// Under which a shape is stated; of several the last one that can be.
+std::string shape_key(TomlSection& section) {
+  for (const char* key : {"sphere_file", "profile", "chain", "spheres"}) {
+    if (section.has(key)) return key;
+  }
+  return section.key_of("radius", length_units);
+}
+
 }  // namespace
 
 double read_length_unit(TomlSection& section, std::string_view key) {
@@ -150,14 +161,26 @@ void read_particle_shape(TomlSection& section,
     inputs.push_back(path);
     ++shapes;
   }
-  if (particle.spheres.size() > most_spheres) {
-    section.fail("name", fmt::format("has more than {} spheres", most_spheres));
-  }
+  if (particle.spheres.size() > most_spheres)
+    section.fail(shape_key(section), fmt::format("has more than {} spheres", most_spheres));
   if (shapes != 1) {
-    section.fail("name",
-                 fmt::format("has {} shapes, but needs exactly one of radius_mm, spheres, chain, "
-                             "profile, sphere_file",
-                             shapes));
+    section.fail(shape_key(section),
+                 fmt::format("{}; exactly one of radius_mm, spheres, chain, profile and "
+                             "sphere_file is needed",
+                             shapes == 0 ? std::string("is missing")
+                                         : fmt::format("is one of {} shapes", shapes)));
+  }
+}
+
+void require_one_layer(TomlSection& section, const SceneParticle& particle) {
+  for (const SceneSphere& sphere : particle.spheres) {
+    const double off = sphere.centre.y() - particle.spheres.front().centre.y();
+    if (std::abs(off) <= round_off * sphere.radius) continue;
+    section.fail(
+        shape_key(section),
+        fmt::format("has a ball {:.4g} mm out of the layer; grains in one layer have y = 0 "
+                    "for every ball",
+                    1e3 * off));
   }
 }
 

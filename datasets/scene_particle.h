@@ -16,6 +16,9 @@ void read_particle_shape(TomlSection& section,
                          std::vector<std::filesystem::path>& inputs,
                          SceneParticle& particle);
 
+// Throws InputError where the spheres of a planar scene's particle lie in several layers.
+void require_one_layer(TomlSection& section, const SceneParticle& particle);
+
 SizeSpread read_size_spread(TomlSection section);
 
 // The length in m of the unit that a key names: "m", "cm" or "mm".

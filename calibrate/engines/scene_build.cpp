@@ -192,7 +192,10 @@ void naming(const std::string& origin, const std::string& what, Function functio
   try {
     function();
   } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("{}: {}: {}.", origin, what, error.what()));
+    std::string_view complaint = error.what();
+    constexpr std::string_view of_simulator = "Scene: ";
+    if (complaint.starts_with(of_simulator)) complaint.remove_prefix(of_simulator.size());
+    throw InputError(fmt::format("{}: {}{}.", origin, what, complaint));
   }
 }
 
@@ -213,12 +216,12 @@ BuiltScene build_scene(const SceneData& file, const std::string& origin) {
                                  : sim::Material{material.elastic_modulus, material.poisson_ratio});
   }
   for (const SceneParticle& particle : file.particles) {
-    naming(origin, fmt::format("particle '{}'", particle.name), [&] {
+    naming(origin, fmt::format("particle '{}': ", particle.name), [&] {
       add_particle(particle, built);
     });
   }
   for (std::size_t w = 0; w < file.walls.size(); ++w) {
-    naming(origin, fmt::format("wall '{}'", file.walls[w].name), [&] {
+    naming(origin, fmt::format("wall '{}': ", file.walls[w].name), [&] {
       for (sim::Wall& wall : walls_of(file.walls[w])) {
         wall.material = file.walls[w].material;
         // Checked with its motion, which it gets at the event
@@ -236,7 +239,7 @@ BuiltScene build_scene(const SceneData& file, const std::string& origin) {
       }
     });
   }
-  naming(origin, "the scene", [&] { sim::check(built.scene); });
+  naming(origin, "", [&] { sim::check(built.scene); });
   return built;
 }
 

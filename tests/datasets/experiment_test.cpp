@@ -209,6 +209,19 @@ TEST(LoadExperiment, APriorThatCannotBeIsRefused) {
       "without bounds");
 }
 
+TEST(LoadExperiment, AParticleHasOneShape) {
+  EXPECT_CONTAINS(complaint_about("spheres = [", "radius_mm = 5\nspheres = ["),
+                  "'particle.spheres' is one of 2 shapes; exactly one of radius_mm");
+}
+
+TEST(LoadExperiment, AGrainInOneLayerHasNoBallOutOfIt) {
+  const std::string said =
+      complaint_about("{offset_mm = 13.915,", "{x_mm = 13.915, y_mm = 4, z_mm = 0,");
+  for (const char* part :
+       {"experiment.toml:", "'particle.spheres' has a ball 4 mm out of the layer", "y = 0"})
+    EXPECT_CONTAINS(said, part);
+}
+
 TEST(LoadExperiment, TextWhereANumberBelongsIsRefused) {
   EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = \"142\""), "text");
 }
