@@ -135,9 +135,8 @@ void Search::count(std::span<const Evaluation> evaluations) {
   if (result_.simulations >= 2 * static_cast<int>(ensemble_.scenes()) * options_.search_seeds &&
       result_.failed > options_.allowed_failures * result_.simulations) {
     throw TooManyFailures(
-        fmt::format("{} of {} simulations failed ({}); check the rig's walls and starting places "
-                    "with 'graintruth track', or "
-                    "lower the bounds.",
+        fmt::format("{} of {} simulations failed ({}); look at walls and starting places in the "
+                    "pictures of 'graintruth check', or lower the bounds.",
                     result_.failed,
                     result_.simulations,
                     first_complaint(evaluations)));

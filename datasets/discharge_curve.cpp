@@ -82,11 +82,11 @@ DischargeCurve read_discharge_curve(const std::filesystem::path& file,
     if (row == 0) {
       tare = value;
       if (when > 0.0)
-        fail(
-            row,
-            fmt::format("the curve begins {:.3g} s after the start event; what had left by then is "
-                        "not known: record from before it, or correct event_s",
-                        when));
+        fail(row,
+             fmt::format(
+                 "the curve begins {:.3g} s after the start event. The mass that left before "
+                 "is not known. Start the recording before the event, or correct event_s",
+                 when));
     } else if (!(when > curve.time.back())) {
       fail(row,
            fmt::format("column '{}' does not rise: {} after {}",
@@ -96,14 +96,13 @@ DischargeCurve read_discharge_curve(const std::filesystem::path& file,
     }
     const double left = value - tare;
     if (left < highest - tolerance) {
-      fail(
-          row,
-          fmt::format("column '{}' says that {:.4g} g have left, but {:.4g} g had left before; "
-                      "what has left cannot return: call the column remaining_mass_g if it is what "
-                      "is still in the bin, or cut off what follows",
-                      mass.column.column,
-                      1e3 * left,
-                      1e3 * highest));
+      fail(row,
+           fmt::format("column '{}' says that {:.4g} g have left, but {:.4g} g had left before. "
+                       "The mass that has left cannot fall. If the column is the mass still in the "
+                       "bin, call it remaining_mass_g. Else remove the rows that follow",
+                       mass.column.column,
+                       1e3 * left,
+                       1e3 * highest));
     }
     highest = std::max(highest, left);
     curve.time.push_back(when);
@@ -111,7 +110,7 @@ DischargeCurve read_discharge_curve(const std::filesystem::path& file,
     if (highest > source.full_mass + tolerance) {
       fail(row,
            fmt::format("{:.4g} g have left, but all particles weigh {:.4g} g; look at the column's "
-                       "unit, particle.count and particle.mass",
+                       "unit, particle.count and particle.mass_g",
                        1e3 * highest,
                        1e3 * source.full_mass));
     }

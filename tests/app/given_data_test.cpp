@@ -238,7 +238,7 @@ TEST_F(WeighedBin, ImpossibleCurvesAreRefusedInOneSentence) {
   write_curves(folder_);
   const std::string text = weighed_bin();
   folder_.write("narrow1.csv", "time_s,mass_g\n0,0\n0.2,3\n0.4,6\n0.6,1\n0.8,7\n");
-  expect_refusal(calibrate(text), {"narrow1.csv:5", "'mass_g'", "cannot return"});
+  expect_refusal(calibrate(text), {"narrow1.csv:5", "'mass_g'", "cannot fall"});
   folder_.write("narrow1.csv", "time_s,mass_stone\n0,0\n0.2,3\n0.4,6\n0.6,6\n0.8,7\n");
   expect_refusal(calibrate(text), {"narrow1.csv", "mass", "'discharged_mass_kg'"});
   write_curves(folder_);

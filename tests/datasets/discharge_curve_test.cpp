@@ -74,7 +74,8 @@ TEST(DischargeCurve, ImpossibleOnesAreRefusedWithTheirLine) {
           {"c.csv:5:", "'mass_g'", "35 g", "40 g", "remaining_mass_g"});
   refused("time_s,mass_g\n0,0\n1,20\n1,40\n3,45\n4,80\n",
           {"c.csv:4:", "'time_s'", "does not rise"});
-  refused("time_s,mass_kg\n0,0\n1,20\n2,40\n3,45\n4,80\n", {"c.csv:3:", "weigh 100 g", "unit"});
+  refused("time_s,mass_kg\n0,0\n1,20\n2,40\n3,45\n4,80\n",
+          {"c.csv:3:", "weigh 100 g", "unit", "particle.mass_g"});
   refused("time_s,mass_g\n0.5,10\n1,20\n2,40\n3,45\n4,80\n",
           {"c.csv:2:", "0.5 s after", "event_s"});
   refused("time_s,mass_g\n0,0\n1,0\n2,0\n3,0\n4,0\n", {"c.csv", "no mass leaves"});
