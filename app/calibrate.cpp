@@ -1,6 +1,7 @@
 // graintruth calibrate: the main job, from films to calibrated parameters and their report.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -43,19 +44,25 @@ calibrate::CalibrationOptions calibration_options(const CalibrateCommand& comman
 }
 
 void print_parameters(const calibrate::SearchResult& result) {
+  constexpr std::string_view step = "time_step";
+  std::size_t longest = step.size();
+  for (const calibrate::CalibratedParameter& parameter : result.calibrated)
+    longest = std::max(longest, parameter.name.size());
   for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
     const std::string interval = parameter.interval ? fmt::format("95 % interval {:.3f} to {:.3f}",
                                                                   parameter.interval->lower,
                                                                   parameter.interval->upper)
                                                     : std::string("no interval");
-    fmt::print("{:28} {:6.3f}  {}, {}\n",
+    fmt::print("{:{}} {:6.3f}  {}, {}\n",
                parameter.name,
+               longest,
                parameter.value,
                interval,
                name_of(parameter.status));
   }
-  fmt::print("{:28} {:6.3f}  of the Rayleigh step, {:.3g} s\n",
-             "time_step",
+  fmt::print("{:{}} {:6.3f}  of the Rayleigh step, {:.3g} s\n",
+             step,
+             longest,
              result.time_step.fraction,
              result.time_step.time_step);
 }

@@ -31,9 +31,16 @@ struct Findings {
   std::vector<std::string> doubtful;
 };
 
-constexpr double trial_time_limit = 30.0;    // s for the one simulation that is timed
-constexpr int usual_replicates = 5;          // the thesis's number; t falls slowly from there on
-constexpr double blurred_residual = 0.5e-3;  // m; ten times what well placed dots leave
+constexpr double trial_time_limit = 30.0;  // s for the one simulation that is timed
+constexpr int usual_replicates = 5;        // the thesis's number; t falls slowly from there on
+
+// How far, rms, the marks of the scale may lie off their places, m. A hundredth of a grain's width:
+// that is little beside how grains differ. But never less than ten times what well placed marks
+// leave, which are found to a twentieth of a pixel.
+double largest_residual(const datasets::Particle& particle, double pixels_per_metre) {
+  constexpr double share = 0.01, found_to = 0.05;
+  return std::max(share * 2.0 * particle.half_width, 10.0 * found_to / pixels_per_metre);
+}
 
 // At stated moments, instead of until the flow ends.
 bool is_measured_at_moments(const Experiment& experiment) {
@@ -64,7 +71,10 @@ void print_what(const Experiment& experiment) {
                                experiment.measurement.frames,
                                experiment.measurement.last_time())
                  : std::string(" until the flow ends"));
-  for (const auto& [name, value] : datasets::bench_parameters(experiment)) {
+  const calibrate::ParameterSet bench = datasets::bench_parameters(experiment);
+  std::size_t longest = 0;
+  for (const auto& [name, value] : bench) longest = std::max(longest, name.size());
+  for (const auto& [name, value] : bench) {
     const auto tuned = std::find_if(experiment.tuned.begin(),
                                     experiment.tuned.end(),
                                     [&](const auto& each) { return each.name == name; });
@@ -77,7 +87,7 @@ void print_what(const Experiment& experiment) {
                                                 tuned->prior->value,
                                                 tuned->prior->standard_uncertainty)
                                   : std::string();
-    fmt::print("{:<28} {} {:.4g}{}\n", name, what, value, prior);
+    fmt::print("{:<{}} {} {:.4g}{}\n", name, longest, what, value, prior);
   }
   fmt::print(
       "not offered cohesion, liquid between grains, air drag, breakage, wear and heat: grains "
@@ -159,7 +169,7 @@ std::optional<double> check_film(const Experiment& experiment,
 
   if (!frame.residual) {
     findings.missing.push_back(frame.complaint + "; the picture shows what was seen.");
-  } else if (*frame.residual > blurred_residual) {
+  } else if (*frame.residual > largest_residual(experiment.particle, *frame.scale)) {
     findings.doubtful.push_back(
         fmt::format("{}: the {} lie {:.2f} mm (rms) off their places; measure them again.",
                     film,
@@ -235,8 +245,8 @@ std::optional<datasets::Recording> look_at(const Experiment& experiment,
   for (const auto& [name, curve] : recording.curves)
     fmt::print("{:<11} {} values of {}\n", replicate.name, curve.value.size(), name);
   if (replicate.video.empty()) return recording;
-  const auto length = check_film(
-      experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
+  const auto length =
+      check_film(experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
   if (!length) return std::nullopt;
   datasets::Recording film = before_tracking(experiment, *length);
   film.curves = std::move(recording.curves);

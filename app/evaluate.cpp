@@ -1,6 +1,7 @@
 // graintruth evaluate: one evaluation at given parameters, for programs that drive ours.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -24,14 +25,22 @@ Json json_of(const calibrate::Problem& problem, const calibrate::Evaluation& eva
   return json;
 }
 
-void print_lines(const Json& json, const std::string& before) {
+using Lines = std::vector<std::pair<std::string, std::string>>;
+
+void add_lines(const Json& json, const std::string& before, Lines& lines) {
   for (const auto& [name, value] : json.items()) {
     if (value.is_structured()) {
-      print_lines(value, value.is_array() ? name + " " : before);
+      add_lines(value, value.is_array() ? name + " " : before, lines);
     } else {
-      fmt::print("{:28} {}\n", before + name, value.dump());
+      lines.emplace_back(before + name, value.dump());
     }
   }
+}
+
+void print(const Lines& lines) {
+  std::size_t longest = 0;
+  for (const auto& [name, value] : lines) longest = std::max(longest, name.size());
+  for (const auto& [name, value] : lines) fmt::print("{:{}} {}\n", name, longest, value);
 }
 
 }  // namespace
@@ -60,7 +69,9 @@ int run_evaluate(const EvaluateCommand& command) {
   if (command.common.json) {
     fmt::print("{}\n", json.dump(2));
   } else {
-    print_lines(json, "");
+    Lines lines;
+    add_lines(json, "", lines);
+    print(lines);
   }
   return 0;
 }

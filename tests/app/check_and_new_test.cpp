@@ -132,6 +132,39 @@ TEST_F(CheckAndNew, CheckNamesEverythingThatIsMissing) {
   EXPECT_TRUE(contains(check.err, "experiment.toml: not ready, 5 thing(s)")) << check.err;
 }
 
+// By more than 1 % of a ball's width, 0.44 mm, or half a pixel, 0.46 mm.
+TEST_F(CheckAndNew, CheckDoubtsMarksThatLieOffByMoreThanGrainsAndPixelsExplain) {
+  // Marks measured too high and too low in turn
+  const auto said_of = [&](double error_mm) {
+    std::string text = film_experiment();
+    for (const int z : {220, 0, -220}) {
+      for (const int x : {-290, 290}) {
+        const std::string place = std::to_string(x) + ", " + std::to_string(z);
+        const double wrong = z + ((x < 0) == (z == 0) ? error_mm : -error_mm);
+        text = with(
+            text, "[" + place + "]", "[" + std::to_string(x) + ", " + std::to_string(wrong) + "]");
+      }
+    }
+    return run_program({"check", folder_.write("experiment.toml", text), "--out", out()}).out;
+  };
+  EXPECT_FALSE(contains(said_of(0.2), "off their places"));
+  const std::string said = said_of(2.0);
+  EXPECT_TRUE(contains(said, "rep1.mp4: the fiducials lie")) << said;
+  EXPECT_TRUE(contains(said, "off their places")) << said;
+}
+
+TEST_F(CheckAndNew, CheckLinesUpParametersHoweverLongTheirNames) {
+  write_tracks_of_truth(folder_);
+  const std::string text =
+      with(track_experiment(), "[tune]\n", "[tune]\nrolling_friction_particle_particle = {}\n");
+  const std::string said =
+      run_program({"check", folder_.write("experiment.toml", text), "--out", out()}).out;
+  for (const char* line : {"\nrolling_friction_particle_particle tuned from",
+                           "\nfriction_particle_wall             tuned from",
+                           "\nrestitution                        "})
+    EXPECT_TRUE(contains(said, line)) << line << " is not in:\n" << said;
+}
+
 TEST_F(CheckAndNew, CheckDoubtsWhatIsUnusual) {
   write_tracks_of_truth(folder_);
   std::string text = with(track_experiment(), "mass_g = 142", "mass_kg = 142");
