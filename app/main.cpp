@@ -12,6 +12,7 @@
 #include "app/commands.h"
 #include "calibrate/calibration.h"
 #include "datasets/input_error.h"
+#include "datasets/rigs/rig_kind.h"
 
 namespace {
 
@@ -47,7 +48,10 @@ void add_experiment(CLI::App& verb, std::filesystem::path& experiment) {
       ->required();
 }
 
-CLI::App& add_verb(CLI::App& program, const char* name, const char* what, const char* example) {
+CLI::App& add_verb(CLI::App& program,
+                   const std::string& name,
+                   const std::string& what,
+                   const std::string& example) {
   CLI::App& verb = *program.add_subcommand(name, what);
   verb.footer(fmt::format("Example:\n  graintruth {}", example));
   return verb;
@@ -158,29 +162,20 @@ void add_new(CLI::App& program, app::NewCommand& command, int& status) {
   CLI::App& verb = add_verb(
       program, "new", "Write an experiment file with comments to start from", "new micro my-rig");
   verb.require_subcommand(1);
-  const auto add = [&](const char* kind, const char* what, const char* example) {
-    CLI::App& part = add_verb(verb, kind, what, example);
+  for (const datasets::RigKind* kind : datasets::rig_kinds()) {
+    const std::string name(kind->template_name.empty() ? kind->name : kind->template_name);
+    CLI::App& part = add_verb(verb,
+                              name,
+                              fmt::format("{}, kind \"{}\"", kind->meaning, kind->name),
+                              fmt::format("new {} my-rig", name));
     part.add_option("folder", command.folder, "Folder in which experiment.toml is written")
         ->type_name("DIR")
         ->required();
-    part.callback([&command, &status, kind] {
-      command.kind = kind;
+    part.callback([&command, &status, name] {
+      command.kind = name;
       status = run_new(command);
     });
-  };
-  add("micro",
-      "Few particles in a hopper with a piston, each of which is followed (section 4.2 of the "
-      "thesis)",
-      "new micro my-rig");
-  add("macro",
-      "A bin that runs out through orifices of several widths (section 4.3 of the thesis)",
-      "new macro my-bin");
-  add("walls",
-      "Particles between walls that are stated one by one, with or without a piston",
-      "new walls my-rig");
-  add("scene",
-      "Any rig that a scene file describes: a box with a gate on a load cell, and its scene file",
-      "new scene my-box");
+  }
 }
 
 void add_export(CLI::App& program, app::ExportCommand& command, int& status) {

@@ -13,11 +13,17 @@ namespace graintruth::app {
 
 namespace {
 
+constexpr std::string_view experiment_file = "experiment.toml";
+
 // The files of a template lie in app/new/<name>. They load as they stand, once the films or tables
 // that they name lie beside them.
 std::vector<std::string> files_of(std::string_view name) {
-  if (name == "scene") return {"experiment.toml", "box.toml"};
-  return {"experiment.toml"};
+  const std::string folder = fmt::format("new/{}/", name);
+  std::vector<std::string> files;
+  for (const std::string_view asset : asset_names()) {
+    if (asset.starts_with(folder)) files.emplace_back(asset.substr(folder.size()));
+  }
+  return files;
 }
 
 }  // namespace
@@ -45,7 +51,7 @@ int run_new(const NewCommand& command) {
   fmt::print(
       "Put your films or tables beside it, replace its values by yours, then: graintruth "
       "check {}\n",
-      (command.folder / files.front()).string());
+      (command.folder / experiment_file).string());
   return 0;
 }
 

@@ -371,6 +371,24 @@ void begin_from_own(const Experiment& experiment,
     spec.scene.leaves_below = replicate.rig.opening->z - experiment.particle.diameter;
 }
 
+// A rig that the grains are filled into, as long as it was recorded, if it does not say how long.
+void begin_from_filling(const Experiment& experiment,
+                        const Condition& condition,
+                        std::span<const Recording> recordings,
+                        SimulationSpec& spec) {
+  datasets::ScenePhase& run = spec.scene.phases.back();
+  if (run.duration > 0.0) return;
+  double last = 0.0;
+  for (const std::size_t r : condition.replicates) {
+    const Recording& recording = recordings[r];
+    if (recording.tracks) last = std::max(last, recording.tracks->time.back());
+    if (recording.discharge) last = std::max(last, recording.discharge->time.back());
+  }
+  if (!(last > 0.0)) last = experiment.measurement.last_time();
+  run.output_interval = curve_frame_interval;
+  run.duration = std::ceil(last / run.output_interval) * run.output_interval;
+}
+
 RecordPlan plan_of(const Observables& observables) {
   RecordPlan plan{.tracks = false, .curves = {}};
   for (const auto& observable : observables.all()) {
@@ -417,6 +435,8 @@ void make_scenes(std::span<const Recording> recordings, Problem& problem) {
       problem.scenes.push_back({c, r, each, std::move(specs[r])});
       if (experiment.rig.begins_from == BeginsFrom::mean_of_replicates)
         begin_from_mean(problem, condition, recordings, problem.scenes.back().spec);
+      if (experiment.rig.begins_from == BeginsFrom::filling)
+        begin_from_filling(experiment, condition, recordings, problem.scenes.back().spec);
     }
   }
 }

@@ -1,5 +1,5 @@
 # graintruth_embed(SOURCE variable NAMESPACE name HEADER file BASE folder FILES ...): writes a source file that holds the
-# files as read-only data and defines NAMESPACE::asset(name), declared in HEADER. A file's name is its path below BASE,
+# files as read-only data and defines NAMESPACE::asset(name) and asset_names(), declared in HEADER. A file's name is its path below BASE,
 # or its bare name where it lies elsewhere.
 function(graintruth_embed)
   cmake_parse_arguments(ARG "" "SOURCE;NAMESPACE;HEADER;BASE" "FILES" ${ARGN})
@@ -7,6 +7,7 @@ function(graintruth_embed)
   set(header ${ARG_HEADER})
   set(asset_data "")
   set(asset_cases "")
+  set(asset_names "")
   foreach(file ${ARG_FILES})
     cmake_path(IS_PREFIX ARG_BASE "${file}" below)
     if(below)
@@ -16,6 +17,7 @@ function(graintruth_embed)
     endif()
     string(MAKE_C_IDENTIFIER "${ARG_NAMESPACE} ${name}" symbol)
     string(APPEND asset_data "EMBED(${symbol}, \"${file}\")\n")
+    string(APPEND asset_names "      \"${name}\",\n")
     string(APPEND asset_cases "  if (name == \"${name}\") return text_of(${symbol}_begin, ${symbol}_end);\n")
   endforeach()
   set(source ${CMAKE_CURRENT_BINARY_DIR}/assets.cpp)

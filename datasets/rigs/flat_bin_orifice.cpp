@@ -73,6 +73,7 @@ void read(RigSection& section, const RigContext&, Rig& rig) {
 extern constinit const RigKind flat_bin_orifice{
     .name = "flat_bin_orifice",
     .meaning = "an upright bin of one layer that runs out through an orifice in its floor",
+    .template_name = "macro",
     .read = read};
 
 }  // namespace graintruth::datasets

@@ -35,6 +35,7 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
 extern constinit const RigKind hopper_column_piston{
     .name = "hopper_column_piston",
     .meaning = "a flat V hopper above a column in which a piston sinks",
+    .template_name = "micro",
     .read = read};
 
 }  // namespace graintruth::datasets

@@ -71,14 +71,15 @@ void RigSection::fail(std::string_view stem, Units units, std::string_view compl
 Rig read_rig(TomlSection section, TomlSection* replicate, const RigContext& context) {
   const RigKind& kind = rig_kind_named(section);
   Rig rig{.kind = std::string(kind.name), .brings_grains = kind.brings_grains};
-  if (kind.brings_grains) {
-    rig.front_back_gap =
-        section.optional_quantity("front_back_gap", length_units, positive).value_or(0.0);
-  } else {
-    rig.front_back_gap = section.quantity("front_back_gap", length_units, positive);
+  const bool is_one_layer = kind.is_one_layer && !kind.brings_grains;
+  rig.front_back_gap =
+      is_one_layer
+          ? section.quantity("front_back_gap", length_units, positive)
+          : section.optional_quantity("front_back_gap", length_units, positive).value_or(0.0);
+  if (!kind.brings_grains) {
     rig.gravity = section.optional_quantity("gravity", acceleration_units, positive).value_or(9.81);
     rig.scene.gravity = {0.0, 0.0, -rig.gravity};
-    rig.scene.is_planar = true;
+    rig.scene.is_planar = is_one_layer;
   }
   RigSection both(section, replicate);
   kind.read(both, context, rig);

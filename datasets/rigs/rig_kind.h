@@ -43,8 +43,11 @@ struct RigContext {
 
 struct RigKind {
   std::string_view name;
-  std::string_view meaning;    // "flat V hopper above a column in which a piston sinks"
+  std::string_view meaning;  // "flat V hopper above a column in which a piston sinks"
+  // What `graintruth new` calls its template, app/new/<template_name>; empty: its own name
+  std::string_view template_name = {};
   bool brings_grains = false;  // [particle] and [material] are not needed
+  bool is_one_layer = true;    // of grains between panes, where it does not bring them
   void (*read)(RigSection& section, const RigContext& context, Rig& rig);
 };
 
