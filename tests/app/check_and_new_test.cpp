@@ -2,6 +2,7 @@
 #include <fstream>
 #include <utility>
 
+#include "datasets/rigs/rig_kind.h"
 #include "tests/app/bad_input.h"
 
 namespace graintruth::tests {
@@ -105,6 +106,20 @@ TEST_F(CheckAndNew, TheTemplateOfASceneIsReadyOnceItsTablesAreThere) {
   EXPECT_EQ(check.status, 0) << check.out << check.err;
   for (const char* part : {"200 of 1 sphere(s)", "discharge_rate, what_stays", "Ready"})
     EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
+}
+
+// Every kind of rig has a template, which loads but for the films or tables that it names.
+TEST_F(CheckAndNew, EveryKindOfRigHasATemplateThatLacksNothingButItsFiles) {
+  for (const datasets::RigKind* kind : datasets::rig_kinds()) {
+    const std::string name(kind->template_name.empty() ? kind->name : kind->template_name);
+    const auto rig = folder_ / name;
+    const ProgramOutcome made = run_program({"new", name, rig});
+    ASSERT_EQ(made.status, 0) << name << made.err;
+    EXPECT_TRUE(contains(content_of(rig / "experiment.toml"),
+                         "kind = \"" + std::string(kind->name) + "\""));
+    expect_refusal(run_program({"check", rig / "experiment.toml", "--out", out()}),
+                   {"'replicate.", "but there is no such file"});
+  }
 }
 
 TEST_F(CheckAndNew, NewOverwritesNothing) {
