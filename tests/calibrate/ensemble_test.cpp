@@ -8,6 +8,7 @@
 
 #include "calibrate/compare/repeated_rule.h"
 #include "tests/calibrate/toy_experiment.h"
+#include "tests/support/backwards_executor.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {
@@ -18,21 +19,27 @@ using tests::TemporaryFolder;
 const std::vector<EvaluationPoint> points = {{toy::parameters(0.1, 0.2, 0.8), 0.2},
                                              {toy::parameters(0.4, 0.5, 0.6), 0.2}};
 
-TEST(Ensemble, GivesTheSameForAnyNumberOfThreads) {
+const bool is_known = (make_known(tests::backwards), true);
+
+TEST(Ensemble, GivesTheSameByAnyExecutorAndAnyNumberOfThreads) {
+  ASSERT_TRUE(is_known);
   const TemporaryFolder folder;
   Problem problem = toy::problem({}, 5, 1);
   const auto seeds = make_seeds(3, "test", 6);
   const toy::ClosedEngine engine = toy::engine(0.01);
   std::vector<double> objectives;
-  for (const int jobs : {1, 4}) {
-    Journal journal(folder / ("j" + std::to_string(jobs)));
-    const auto executor = make_executor("threads", jobs);
+  for (const auto& [name, jobs] :
+       {std::pair("threads", 1), std::pair("threads", 4), std::pair("backwards", 1)}) {
+    Journal journal(folder / (name + std::to_string(jobs)));
+    const auto executor = make_executor(name, jobs);
     const auto ensemble = toy::ensemble(problem, engine, journal, *executor);
     for (const Evaluation& evaluation : ensemble->evaluate("test", points, seeds))
       objectives.push_back(evaluation.objective);
   }
-  EXPECT_EQ(objectives[0], objectives[2]);
-  EXPECT_EQ(objectives[1], objectives[3]);
+  for (const std::size_t other : {2U, 4U}) {
+    EXPECT_EQ(objectives[0], objectives[other]);
+    EXPECT_EQ(objectives[1], objectives[other + 1]);
+  }
 }
 
 TEST(Ensemble, RepeatsNoSimulationThatIsInTheJournal) {
