@@ -13,6 +13,7 @@
 #include "app/exported_run.h"
 #include "app/made_folders.h"
 #include "datasets/input_error.h"
+#include "datasets/parameters/parameter.h"
 #include "datasets/table.h"
 #include "datasets/track_files.h"
 #include "reports/run_data.h"
@@ -103,9 +104,28 @@ void set_contact(data& values, const ExportedRun& run) {
   set(values, "wall_modulus", 1e6 * run.material.youngs_modulus);
   set(values, "poisson_ratio", run.material.poisson_ratio);
   set(values, "tangential_damping", pair.tangential_damping);
-  for (const auto& [name, value] : run.parameters) set(values, name, value);
+  for (const std::string& name : datasets::plain_parameter_names())
+    set(values, name, run.parameter(name));
   set(values, "gravity", run.gravity);
   set(values, "time_step", run.time_step);
+}
+
+// What a deck does not set: no file of it asks for the parameter. The elastic modulus is that of
+// the material.
+void set_unmapped(data& values, const ExportedRun& run, const std::string& text_of_deck) {
+  data rows = data::type::list;
+  for (const auto& [name, value] : run.parameters) {
+    const datasets::Parameter parameter = datasets::parameter_named(name);
+    if (parameter.kind->sets_stiffness ||
+        text_of_deck.find("{{" + name + "}}") != std::string::npos)
+      continue;
+    data row = data::type::object;
+    row.set("name", name);
+    row.set("value", fmt::format("{:.6g}", value));
+    row.set("phrase", parameter.phrase());
+    rows.push_back(row);
+  }
+  values.set("unmapped", rows);
 }
 
 void set_drop(data& values, const ExportedRun& run) {
@@ -141,6 +161,10 @@ void set_rebound(data& values, const ExportedRun& run, const Rebound& rebound) {
   values.set("rebound_of_two", four_digits(rebound(asked, 2)));
   const auto better = restitution_to_ask([&](double e) { return rebound(e, 1); }, asked);
   values.set("restitution_to_ask", better ? data(four_digits(*better)) : data(false));
+  const auto between =
+      restitution_to_ask([&](double e) { return rebound(e, 1); }, run.parameter("restitution"));
+  values.set("restitution_to_ask_of_particles",
+             between ? data(four_digits(*between)) : data(false));
   values.set("rebound_of_two_to_ask", better ? four_digits(rebound(*better, 2)) : "");
 }
 
@@ -202,12 +226,13 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
   std::vector<std::string> names;
   if (target == "liggghts") {
     constexpr double least = 0.05;  // LIGGGHTS stops with an error there
-    if (run.restitution() <= least) {
+    const double lowest = std::min(run.parameter("restitution"), run.restitution());
+    if (lowest <= least) {
       throw datasets::InputError(fmt::format(
           "{}: the restitution is {}, but LIGGGHTS takes none of {} or less; export to lammps or "
           "yade, or raise it in result.json.",
           folder.result().string(),
-          number_text(run.restitution()),
+          number_text(lowest),
           least));
     }
     engine = "LIGGGHTS";
@@ -224,6 +249,10 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
       return yade_rebound(restitution, contacts, share);
     });
   }
+  std::string templates;
+  for (const std::string& name : names)
+    templates += asset(fmt::format("export/{}/{}.mustache", target, name));
+  set_unmapped(values, run, templates);
   Files files = {{"README.md", readme(values, target, engine)}};
   for (const std::string& name : names)
     files.emplace_back(name, filled(target + "/" + name, values));

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "datasets/input_error.h"
+#include "datasets/parameters/parameter.h"
 #include "reports/run_data.h"
 #include "sim/time_step.h"
 
@@ -88,6 +89,12 @@ double largest_radius(const sim::Clump& clump) {
 }
 
 }  // namespace
+
+double ExportedRun::parameter(std::string_view name) const {
+  if (parameters.has(name)) return parameters.of(name);
+  const datasets::ParameterKind& kind = *datasets::parameter_named(name).kind;
+  return kind.same_as.empty() ? kind.neutral : parameter(kind.same_as);
+}
 
 ExportedRun read_exported_run(const datasets::RunFolder& folder) {
   const reports::RunData data = reports::read_run_data(folder);

@@ -21,7 +21,10 @@ struct ExportedRun {
   double gravity = 0.0;    // m/s2
   double time_step = 0.0;  // s, as calibrated
 
-  double restitution() const { return parameters.of("restitution"); }
+  // Of the run, else what it is where nothing is stated: that of a more general parameter, or none.
+  double parameter(std::string_view name) const;
+  // On the floor of the drop
+  double restitution() const { return parameter("restitution_particle_wall"); }
 };
 
 // From run.json and result.json. Throws datasets::InputError naming the file and what it lacks.

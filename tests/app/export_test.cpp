@@ -220,6 +220,31 @@ TEST_F(Export, SaysWhatDoesNotMap) {
   }
 }
 
+// Parameters of the registry: decks set them, or say by name that they do not.
+TEST_F(Export, SetsEveryParameterOrSaysThatItDoesNot) {
+  Json result = Json::parse(content_of(run_.result()));
+  for (const auto& [name, value] : {std::pair("restitution_particle_wall", 0.61),
+                                    {"rolling_friction_particle_particle", 0.0713},
+                                    {"static_friction_particle_wall", 0.4321}})
+    result["parameters"][name] = {{"value", value}, {"status", "tuned"}, {"unit", "-"}};
+  result["parameters"]["elastic_modulus"] = {{"value", 2.5e7}, {"status", "tuned"}, {"unit", "Pa"}};
+  write_json(run_.result(), result);
+  for (const char* target : {"liggghts", "lammps", "yade"}) {
+    ASSERT_EQ(export_to(target).status, 0) << target;
+    const std::string readme = content_of(out() / target / "README.md");
+    for (const char* row :
+         {"| rolling_friction_particle_particle = 0.0713 | not set by these files |",
+          "| static_friction_particle_wall = 0.4321 | not set by these files |",
+          "elastic modulus of 2.5e+07 Pa instead"})
+      EXPECT_TRUE(contains(readme, row)) << row << " is not in " << readme;
+    EXPECT_FALSE(contains(readme, "| restitution_particle_wall = ")) << target;
+    const std::string contact =
+        content_of(out() / target / (std::string(target) == "yade" ? "particle.py" : "contact.in"));
+    EXPECT_TRUE(contains(contact, "0.61")) << contact;
+    EXPECT_TRUE(contains(contact, "25000000")) << contact;
+  }
+}
+
 TEST_F(Export, TablesHoldTheRun) {
   ASSERT_EQ(export_to("csv").status, 0);
   const auto spheres = read_rows(out() / "csv/particle_spheres.csv");
