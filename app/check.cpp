@@ -90,8 +90,8 @@ void print_what(const Experiment& experiment) {
     fmt::print("{:<{}} {} {:.4g}{}\n", name, longest, what, value, prior);
   }
   fmt::print(
-      "not offered cohesion, liquid between grains, air drag, breakage, wear and heat: grains "
-      "that need them are not described by any parameter\n");
+      "The simulator has no cohesion, no liquid between grains, no air drag, no breakage, no wear "
+      "and no heat\n");
 }
 
 // What the search will have to work with.
@@ -131,7 +131,7 @@ void check_particle(const Experiment& experiment, Findings& findings) {
   const double volume = particle.seen_area * particle.thickness;  // at most: it may be rounded
   const double density = particle.mass / volume;
   if (density < 100.0 || density > 20000.0) {
-    doubt(fmt::format("The mass makes a density of at least {:.3g} kg/m3: look at mass and radii.",
+    doubt(fmt::format("With this mass the density is at least {:.3g} kg/m3. Check mass and radii.",
                       density));
   }
 }
@@ -267,9 +267,11 @@ void estimate(const CheckCommand& command, const calibrate::Problem& problem, Fi
   if (command.budget > 0) options.budget = command.budget;
   if (experiment.tuned.empty()) options.budget = 0;
   const double cost = calibrate::expected_cost(experiments, options);
-  fmt::print("to come     {} evaluations, with all else as long as {:.0f} simulations",
-             options.budget,
-             cost);
+  fmt::print(
+      "to come     {} evaluations. Together with all other steps they take as long as {:.0f} "
+      "simulations",
+      options.budget,
+      cost);
   const calibrate::ParameterSpace space(experiment.tuned, datasets::bench_parameters(experiment));
   const std::size_t scene = problem.calibrated_scenes[problem.calibrated_scenes.size() / 2];
   const calibrate::EngineRun run = problem.engine->run(
@@ -279,7 +281,7 @@ void estimate(const CheckCommand& command, const calibrate::Problem& problem, Fi
                       command.common.seed),
       {.time_limit = trial_time_limit});
   if (run.status == calibrate::RunStatus::timed_out) {
-    fmt::print("; one takes more than {:.0f} s here\n", trial_time_limit);
+    fmt::print(". One takes more than {:.0f} s here\n", trial_time_limit);
     return;
   }
   if (run.status != calibrate::RunStatus::completed) {
@@ -291,8 +293,8 @@ void estimate(const CheckCommand& command, const calibrate::Problem& problem, Fi
   }
   const int jobs = threads_of(command.common);
   fmt::print(
-      "; one took {:.2g} s here at the largest time step, so about {} on {} core(s), up to four "
-      "times that if a smaller step turns out to be needed, besides tracking\n",
+      ". One took {:.2g} s here at the largest time step, so all take about {} on {} core(s). A "
+      "smaller time step can make this four times longer. Tracking is not included\n",
       run.seconds,
       duration_text(cost * run.seconds / jobs),
       jobs);
@@ -335,8 +337,8 @@ Findings look_at(const CheckCommand& command,
   // 3. What it will cost
   if (findings.missing.empty() && !is_start_known(experiment)) {
     fmt::print(
-        "to come     a calibration whose time is not known before the films are tracked (no "
-        "[[start]] is given)\n");
+        "to come     The time of the calibration is not known until the films are tracked, because "
+        "no [[start]] is given\n");
   } else if (findings.missing.empty()) {
     try {
       const calibrate::Problem problem = is_all_given
@@ -372,8 +374,7 @@ std::size_t look_at_all(const CheckCommand& command) {
     missing +=
         look_at(command, part.experiment, folder_for(command, joint.common) / name).missing.size();
   }
-  fmt::print(
-      "\nEvery evaluation simulates all of them: what is to come is about the sum of the above.\n");
+  fmt::print("\nThe whole takes about the sum of the times above.\n");
   return missing;
 }
 

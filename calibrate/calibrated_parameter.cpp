@@ -63,8 +63,8 @@ std::string words_on_conflict(const CalibratedParameter& parameter) {
   const DataAlone& data = *parameter.data_alone;
   const std::string_view reason = datasets::parameter_named(parameter.name).kind->bench_differs;
   return fmt::format(
-      "{}: the data alone ask for {:.3g} ({:.3g} to {:.3g}) where its prior says {}, {:.1f} "
-      "combined standard uncertainties apart, so that the value given is a compromise; {}.",
+      "{}: The data alone give {:.3g} ({:.3g} to {:.3g}) and the prior {}. They differ by {:.1f} "
+      "combined standard uncertainties, so the value is a compromise; {}.",
       parameter.name,
       data.value,
       data.interval.lower,
@@ -94,8 +94,8 @@ std::string words_on_unidentified(const CalibratedParameter& parameter,
   }
   if (shows_alone) {
     return fmt::format(
-        "{} is not identified: on its own it moves the objective by up to {:.3g}, but for any of "
-        "its values others can be found that fit as well; {}.",
+        "{} is not identified: on its own it moves the objective by up to {:.3g}, but every value "
+        "of it fits as well once the other parameters follow it; {}.",
         parameter.name,
         parameter.effect,
         held);
@@ -115,8 +115,8 @@ std::string words_on_dominance(const CalibratedParameter& parameter) {
   const Interval prior = prior_interval(parameter);
   if (prior.upper - prior.lower >= data.upper - data.lower) return "";
   return fmt::format(
-      "The interval of {} is the prior's ({}) more than the data's: these alone give {:.3g} to "
-      "{:.3g}.",
+      "The interval of {} comes more from the prior ({}) than from the data. The data alone give "
+      "{:.3g} to {:.3g}.",
       parameter.name,
       text_of(*parameter.prior),
       data.lower,

@@ -88,8 +88,8 @@ SearchResult seen_by(const SearchResult& found,
     if (one.name != experiments[i].name) others.push_back(one.name);
   }
   own.warnings = {fmt::format(
-      "These parameters and their intervals were found together with {}; this page tells how they "
-      "do in this experiment.",
+      "These parameters and their intervals were found together with {}; this page tells how "
+      "well they describe this experiment.",
       fmt::join(others, ", "))};
   return own;
 }

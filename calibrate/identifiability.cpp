@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "datasets/parameters/parameter.h"
@@ -54,6 +55,11 @@ std::string separating_test(const std::string& second) {
                      second);
 }
 
+std::string sentence_start(std::string words) {
+  words.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(words.front())));
+  return words;
+}
+
 }  // namespace
 
 std::vector<TradeOff> find_trade_offs(const ParameterSpace& space, const Posterior& posterior) {
@@ -90,17 +96,15 @@ std::string words_on(const OpenPair& pair) {
   const Interval& first = pair.first->data_alone->interval;
   const Interval& second = pair.second->data_alone->interval;
   return fmt::format(
-      "{} and {} are hardly separated by these data: values of the one from {:.2f} to {:.2f} and "
-      "of "
-      "the other from {:.2f} to {:.2f} are found that fit as well as the best; {} would separate "
-      "them.",
+      "The data hardly separate {} and {}. Values of the first from {:.2f} to {:.2f} and of the "
+      "second from {:.2f} to {:.2f} fit as well as the best. {} would separate them.",
       pair.first->name,
       pair.second->name,
       first.lower,
       first.upper,
       second.lower,
       second.upper,
-      separating_test(pair.second->name));
+      sentence_start(separating_test(pair.second->name)));
 }
 
 std::string words_on(const TradeOff& trade_off) {

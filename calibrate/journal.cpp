@@ -169,8 +169,8 @@ Journal::Journal(const std::filesystem::path& file) : database_(std::make_unique
   sqlite3_busy_timeout(database_->handle, 10000);
   if (has_column(database_->handle, "problem") && !has_column(database_->handle, "fingerprint")) {
     throw datasets::InputError(
-        fmt::format("{}: the simulations in it are of an earlier program, whose run cannot be gone "
-                    "on with; choose another folder with --out, or remove the file.",
+        fmt::format("{}: These simulations are of an earlier version and cannot be continued; "
+                    "choose another folder with --out, or remove the file.",
                     file.string()));
   }
   // A network file system may refuse WAL; the rollback journal is as safe, only slower.

@@ -16,8 +16,8 @@ namespace {
 nlohmann::json read_result(const std::filesystem::path& file) {
   nlohmann::json json = nlohmann::json::parse(datasets::read_whole(file), nullptr, false);
   if (json.is_discarded()) {
-    throw datasets::InputError(
-        fmt::format("{}: this is not valid JSON; a result.json of ours is needed.", file.string()));
+    throw datasets::InputError(fmt::format(
+        "{}: this is not valid JSON; give a result.json of this program.", file.string()));
   }
   return json;
 }

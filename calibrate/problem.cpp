@@ -80,11 +80,11 @@ void check_observables(const Problem& problem) {
     }
     // A law is of all conditions together
     if (lacking.empty() || problem.all->rule_of(observable.name()) != nullptr) continue;
-    throw InputError(fmt::format("{}: '{}' is compared, but {} {} not give it; it takes {}.",
+    throw InputError(fmt::format("{}: '{}' cannot be compared: {} {} no such data. It needs {}.",
                                  problem.experiment.file.string(),
                                  observable.name(),
                                  fmt::join(lacking, ", "),
-                                 lacking.size() == 1 ? "does" : "do",
+                                 lacking.size() == 1 ? "has" : "have",
                                  observable.lacking_words()));
   }
 }
@@ -451,8 +451,8 @@ void say_what_is_prepared(std::span<const Recording> recordings, Problem& proble
   }
   if (!weighed.empty()) {
     problem.warnings.push_back(fmt::format(
-        "{}: a discharge curve tells neither the bed nor velocities nor whether an arch holds the "
-        "rest; simulations start from prepared beds, and only rates and what stays are compared.",
+        "{}: A discharge curve does not show the bed, the velocities or an arch. So simulations "
+        "start from prepared beds, and only rates and the number of grains that stay are compared.",
         fmt::join(weighed, ", ")));
   }
   if (!unturned.empty()) {
@@ -496,8 +496,8 @@ void compare(Problem& problem) {
   const Experiment& experiment = problem.experiment;
   const auto refuse_scatter = [&] {
     throw InputError(fmt::format(
-        "{}: no condition that is calibrated on has two replicates; the scatter between replicates "
-        "of the same settings is the only measure of how exactly what is compared is known.",
+        "{}: No condition used for calibration has two replicates. Add one: the scatter between "
+        "replicates is the measure of every difference.",
         experiment.file.string()));
   };
   try {
@@ -513,9 +513,8 @@ void compare(Problem& problem) {
   check_observables(problem);
   const auto refuse_form = [&] {
     throw InputError(fmt::format(
-        "{}: tune.objective = \"requested\" compares Beverloo's C and k, which take tracks of "
-        "particles that flow steadily through two orifices that are calibrated on; use "
-        "\"smooth\".",
+        "{}: tune.objective = \"requested\" compares Beverloo's C and k. That needs tracks of "
+        "steady flow through at least two orifices that are not held out; use \"smooth\".",
         experiment.file.string()));
   };
   try {

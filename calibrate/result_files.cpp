@@ -72,8 +72,9 @@ void add_confirmed(const Problem& problem, const Confirmed& confirmed, Results& 
   if (problem.simulated_modulus < modulus) {
     json["simulated_elastic_modulus_pa"] = problem.simulated_modulus;
     results.warnings.push_back(fmt::format(
-        "Simulated with an elastic modulus of {:.3g} Pa instead of {:.3g} Pa: the softest at which "
-        "the hardest expected impact overlaps by 1 % of the particle diameter.",
+        "Simulated with an elastic modulus of {:.3g} Pa instead of {:.3g} Pa. This is the lowest "
+        "modulus at which the hardest expected impact overlaps by no more than 1 % of the particle "
+        "diameter.",
         problem.simulated_modulus,
         modulus));
   }

@@ -228,8 +228,8 @@ void Search::test_itself() {
   result_.self_test = self_test(ensemble_.comparison(), result_.evaluations);
   if (const auto& test = result_.self_test; test && 2 * test->found < test->truths) {
     warn_early(fmt::format(
-        "Self-test: of {} parameter sets taken for the truth only {} were told from the others by "
-        "other seeds: what chance does to this rig hides what the parameters do.",
+        "Self-test: only {1} of {0} known parameter sets were found again. Chance hides the effect "
+        "of the parameters in this experiment.",
         test->truths,
         test->found));
   }
@@ -242,8 +242,8 @@ void Search::check_reach() {
   result_.out_of_reach = share_out_of_reach(ensemble_.comparison(), result_.evaluations);
   if (!(result_.out_of_reach > worth_a_word)) return;
   warn_early(fmt::format(
-      "{:.0f} % of what was measured lies beyond everything that the model gave anywhere between "
-      "the bounds: the rig, the particle or the bounds differ from the experiment's.",
+      "{:.0f} % of the measured values lie outside everything that the model gave between the "
+      "bounds. The rig, the particle or the bounds are not those of the experiment.",
       100.0 * result_.out_of_reach));
 }
 
@@ -395,9 +395,9 @@ void Search::polish_with_time_step() {
   result_.time_step.discretisation_error =
       discretisation_error_at(result_.time_step, winner.time_step_fraction);
   result_.warnings.push_back(
-      "The time step was searched together with the parameters, as time_step = \"joint\" asks: a "
-      "coarse step acts like damping, so that either may make up for the other; do not carry these "
-      "parameters to another time step.");
+      "The time step was searched together with the parameters, as time_step = \"joint\" asks. A "
+      "coarse step acts like damping, so each can make up for the other. Do not use these "
+      "parameters at another time step.");
 }
 
 std::vector<UnitPoint> Search::lowest_places(std::size_t count, double distance) const {

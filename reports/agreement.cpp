@@ -245,7 +245,8 @@ Section agreement_section(const RunData& data, Section section) {
   const double rms = number(data.result, {"rms_position_m"});
   if (std::isfinite(rms)) {
     section.add_paragraph(fmt::format(
-        "A wide interval is easy to hit, so the distance is told, too. The root-mean-square "
+        "A wide interval is easy to hit. So this page also gives the distance. The "
+        "root-mean-square "
         "distance between the mean simulated and the mean filmed centre is {} mm over all "
         "particles and frames. One row leaves out the first frame: all replicates start in the "
         "same places, so there is almost no interval to hit.",

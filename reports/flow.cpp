@@ -356,9 +356,7 @@ std::vector<std::string> flow_sentences(const RunData& data) {
                               joined(jammed));
     sentences.push_back(std::move(sentence));
   }
-  sentences.emplace_back(
-      "A difference smaller than 2 u_val cannot be seen. So a difference that is not shown may "
-      "still be there.");
+  sentences.emplace_back("Differences below 2 u_val cannot be told from chance.");
   return sentences;
 }
 

@@ -59,14 +59,15 @@ void describe_camera(const FilmCamera& film,
   summary.calibration_leave_one_out_max_mm = 1.0e3 * calibration.leave_one_out_max;
   if (film.scale.sightings.empty())
     summary.findings.emplace_back(
-        "the camera is taken to stand still: only fiducials could tell that it does not");
+        "The camera is assumed to stand still. Only fiducials can show that it moves");
   if (const auto& stick = stated.stick) {
     constexpr double tilt = 5.0;  // degrees
     summary.warn(fmt::format(
-        "The scale comes from a length of {:.4g} mm: that the camera is level and square to the "
-        "plane{} is assumed, not measured ({:.0f} degrees of tilt change lengths by {:.1f} %).",
+        "The scale comes from a length of {:.4g} mm. The camera is assumed to be level and square "
+        "to the plane{}. Nothing on the film measures it ({:.0f} degrees of tilt change lengths by "
+        "{:.1f} %).",
         1.0e3 * stick->length,
-        stated.lens ? "" : ", and that its lens bends no lines,",
+        stated.lens ? "" : ", and its lens to bend no lines",
         tilt,
         100.0 * (1.0 - std::cos(tilt * std::numbers::pi / 180.0))));
     return;

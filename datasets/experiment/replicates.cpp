@@ -106,7 +106,8 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     read_source(section, replicate);
     replicate.rig = read_own_rig(section);
     if (!replicate.discharge.empty() && !replicate.rig.opening && !replicate.rig.scene.exit_height)
-      section.fail("discharge", "is given, but out of this rig no grains run");
+      section.fail("discharge",
+                   "is given, but no grains leave this rig; a scene needs exit_height");
     replicate.held_out = section.optional_flag("held_out");
     section.finish();
     replicates.push_back(std::move(replicate));
@@ -117,7 +118,7 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     root.fail(
         "replicate",
         fmt::format("is given {} time(s), but at least 2 replicates are needed: the spread between "
-                    "them is what the model is compared with",
+                    "them is the measure of every difference",
                     replicates.size()));
   }
   return replicates;

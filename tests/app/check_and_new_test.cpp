@@ -25,7 +25,7 @@ TEST_F(CheckAndNew, TheTemplateIsReadyOnceItsFilmsAreThere) {
   const ProgramOutcome check = run_program({"check", experiment, "--out", out()});
   EXPECT_EQ(check.status, 0) << check.err;
   for (const char* part :
-       {"10 of 2 sphere(s)", "8 of 8 fiducials found", "120 evaluations", "one took", "Ready: "}) {
+       {"10 of 2 sphere(s)", "8 of 8 fiducials found", "120 evaluations", "One took", "Ready: "}) {
     EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
   }
   EXPECT_TRUE(contains(check.out, "calibrate " + experiment + " --out ")) << check.out;

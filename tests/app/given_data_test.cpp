@@ -231,7 +231,8 @@ TEST_F(WeighedBin, IsCheckedAndSaysWhatIsLeftOut) {
   const auto file = folder_.write("bin.toml", weighed_bin());
   const ProgramOutcome outcome = run_program({"check", file.string(), "--out", out()});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_TRUE(contains(outcome.out, "neither the bed nor velocities")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "does not show the bed, the velocities or an arch"))
+      << outcome.out;
 }
 
 TEST_F(WeighedBin, ImpossibleCurvesAreRefusedInOneSentence) {
@@ -246,7 +247,7 @@ TEST_F(WeighedBin, ImpossibleCurvesAreRefusedInOneSentence) {
                  {"experiment.toml:", "replicate.discharge", "none.csv"});
   expect_refusal(
       calibrate(with(track_experiment(), "tracks = \"rep1.csv\"", "discharge = \"wide1.csv\"")),
-      {"experiment.toml:", "'replicate.discharge'", "no grains run"});
+      {"experiment.toml:", "'replicate.discharge'", "no grains leave"});
   expect_refusal(calibrate(with(text, "name = \"narrow1\"", "scale_px_per_mm = 3")),
                  {"experiment.toml:", "scale_px_per_mm", "only known of tracks"});
 }

@@ -84,9 +84,9 @@ TEST_F(TrackedFilmRun, GivesTracksAndSaysWhatAStickAssumes) {
   EXPECT_FALSE(summary.contains("angle_sigma_deg"));
   EXPECT_EQ(summary["event_source"], "first frame of the film");
   ASSERT_EQ(summary["warnings"].size(), 1U);
-  EXPECT_NE(summary["warnings"][0].get<std::string>().find("assumed, not measured"),
+  EXPECT_NE(summary["warnings"][0].get<std::string>().find("Nothing on the film measures it"),
             std::string::npos);
-  EXPECT_NE(outcome.out.find("assumed, not measured"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Nothing on the film measures it"), std::string::npos) << outcome.out;
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/tracks/film.overlay.mp4"));
   EXPECT_EQ(summary["annotated_frames"].size(), 3U);
   EXPECT_EQ(Json::parse(

@@ -45,7 +45,7 @@ TEST(WeighedBinRun, IsCalibratedOnItsRatesAndOnWhatStays) {
   // 2. Said to the user, in the result and on the report
   bool said = false;
   for (const std::string warning : result["warnings"])
-    said |= warning.find("narrow1, narrow2, wide1, wide2: a discharge curve tells neither") !=
+    said |= warning.find("narrow1, narrow2, wide1, wide2: A discharge curve does not show") !=
             std::string::npos;
   EXPECT_TRUE(said) << result["warnings"];
   EXPECT_TRUE(std::filesystem::exists(out / "report.html"));

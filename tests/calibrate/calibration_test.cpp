@@ -226,9 +226,9 @@ TEST(Identifiability, TwoWideIntervalsAreSaidToBeHardlySeparated) {
                                           parameter("friction_particle_wall", 0.1, 0.3)};
   const std::vector<OpenPair> open = find_open_pairs(all, {});
   ASSERT_EQ(open.size(), 1U);
-  EXPECT_NE(words_on(open[0]).find("from 0.00 to 0.20 and of the other from 0.10 to 0.30"),
+  EXPECT_NE(words_on(open[0]).find("from 0.00 to 0.20 and of the second from 0.10 to 0.30"),
             std::string::npos);
-  EXPECT_NE(words_on(open[0]).find("a sliding test of the particle on the wall"),
+  EXPECT_NE(words_on(open[0]).find("A sliding test of the particle on the wall"),
             std::string::npos);
   const TradeOff told{.first = all[0].name, .second = all[1].name};
   EXPECT_TRUE(find_open_pairs(all, std::span(&told, 1)).empty());
@@ -306,7 +306,7 @@ TEST(Calibrate, WarnsBeforeItSpendsWhereTheDataLieBeyondTheModel) {
   const CalibrationResult result = calibrated(toy::engine(truth.noise), problem, options);
   EXPECT_GT(result.out_of_reach, 0.3);
   ASSERT_EQ(notices.size(), 1U);
-  EXPECT_NE(notices[0].find("beyond everything that the model gave"), std::string::npos);
+  EXPECT_NE(notices[0].find("outside everything that the model gave"), std::string::npos);
   // Within its bounds nothing is said
   const Problem within =
       toy::problem({.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001}, 5, 11);

@@ -198,7 +198,7 @@ TEST(PriorOfASearch, GivesTheMeanWeightedByPrecisions) {
   EXPECT_NEAR(particle.interval->upper - particle.interval->lower,
               2.0 * t * data.s_particle,
               0.8 * data.s_particle);
-  EXPECT_FALSE(is_said(result, "the data alone ask for"));
+  EXPECT_FALSE(is_said(result, "so the value is a compromise"));
 }
 
 TEST(PriorOfASearch, NarrowsWhereItAgreesAndChangesNothingWhereItIsWide) {
@@ -219,7 +219,7 @@ TEST(PriorOfASearch, NarrowsWhereItAgreesAndChangesNothingWhereItIsWide) {
 
 TEST(PriorOfASearch, SaysWhereItContradictsTheData) {
   const SearchResult result = search(with_wall_prior(0.5, 0.02));
-  EXPECT_TRUE(is_said(result, "friction_particle_wall: the data alone ask for"));
+  EXPECT_TRUE(is_said(result, "friction_particle_wall: The data alone give"));
   // sqrt(0.03^2 + 0.02^2) = 0.036: 5.5 of them
   EXPECT_NEAR(*deviation_from(result.calibrated[1], {0.5, 0.02}), -0.2 / 0.036, 1.0);
   EXPECT_GT(result.calibrated[1].value, 0.4);

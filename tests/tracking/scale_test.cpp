@@ -122,7 +122,7 @@ TEST(Stick, SaysWhatIsAssumed) {
   TrackingSummary summary;
   describe_camera(calibrate_on_grey(stated), stated, summary);
   ASSERT_EQ(summary.warnings.size(), 1U);
-  for (const char* words : {"level and square", "assumed, not measured", "bends no lines"})
+  for (const char* words : {"level and square", "Nothing on the film measures it", "bend no lines"})
     EXPECT_NE(summary.warnings[0].find(words), std::string::npos) << words;
   EXPECT_EQ(summary.references, "stick");
   EXPECT_TRUE(std::isnan(summary.calibration_rms_mm));
