@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "app/command_line_text.h"
-#include "app/commands.h"
+#include "app/run/command_line_text.h"
+#include "app/verbs/commands.h"
 #include "calibrate/calibration.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "datasets/rigs/rig_kind.h"
 
 namespace {

@@ -2,10 +2,10 @@
 // same grains and walls.
 #pragma once
 
-#include "calibrate/influence.h"
+#include "calibrate/knowledge/influence.h"
 #include "calibrate/problem.h"
 #include "calibrate/result/confirmation.h"
-#include "calibrate/search.h"
+#include "calibrate/search/search.h"
 
 namespace graintruth::calibrate {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/comparison.h"
+#include "calibrate/compare/comparison.h"
 #include "calibrate/executors/executor.h"
 #include "calibrate/journal.h"
 

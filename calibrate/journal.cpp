@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "calibrate/observables/channel_archive.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "datasets/parameters/parameter_archive.h"
 #include "datasets/store/archive.h"
 

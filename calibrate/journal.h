@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "calibrate/engines/simulation_spec.h"
-#include "calibrate/simulated_run.h"
-#include "datasets/table.h"
+#include "calibrate/compare/simulated_run.h"
+#include "datasets/store/table.h"
 
 namespace graintruth::calibrate {
 

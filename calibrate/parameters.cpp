@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "datasets/parameters/parameter.h"
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::calibrate {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/experiment.h"
 #include "datasets/parameters/parameter_set.h"
 
 namespace graintruth::calibrate {

@@ -8,12 +8,12 @@
 
 #include "calibrate/engines/scene_build.h"
 #include "calibrate/observables/moments.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/rigs/followed_grains.h"
 #include "datasets/store/fingerprint.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
 
@@ -224,7 +224,7 @@ void add_grains(const Experiment& experiment, double modulus, datasets::SceneDat
   scene.particles.front().material = datasets::grain_material;
 }
 
-//   overlap = (5 m* v^2 / (4 k))^(2/5), k = 4/3 E* sqrt(R*)   (Hertz; sim/time_step.h)
+//   overlap = (5 m* v^2 / (4 k))^(2/5), k = 4/3 E* sqrt(R*)   (Hertz; sim/laws/time_step.h)
 // solved for E* of two equal particles, m* = m/2, R* = R/2, E* = E / (2 (1 - nu^2)).
 double softened_modulus(const Experiment& experiment, double impact_speed) {
   const datasets::Material& material = experiment.material;

@@ -11,9 +11,9 @@
 #include "calibrate/compare/channel_comparison.h"
 #include "calibrate/engines/engine.h"
 #include "calibrate/ensemble.h"
-#include "calibrate/start_poses.h"
-#include "datasets/experiment.h"
-#include "datasets/recording.h"
+#include "calibrate/compare/start_poses.h"
+#include "datasets/experiment/experiment.h"
+#include "datasets/experiment/recording.h"
 
 namespace graintruth::calibrate {
 

@@ -1,11 +1,11 @@
 #include "reports/report.h"
 
-#include "datasets/input_error.h"
-#include "reports/assets.h"
-#include "reports/page.h"
-#include "reports/reproduction.h"
-#include "reports/run_data.h"
-#include "reports/sections.h"
+#include "datasets/store/input_error.h"
+#include "reports/page/assets.h"
+#include "reports/page/page.h"
+#include "reports/sections/reproduction.h"
+#include "reports/page/run_data.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::reports {
 

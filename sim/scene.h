@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "sim/clump.h"
-#include "sim/material.h"
+#include "sim/shapes/clump.h"
+#include "sim/laws/material.h"
 #include "sim/types.h"
-#include "sim/walls.h"
+#include "sim/shapes/walls.h"
 
 namespace graintruth::sim {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "sim/engine.h"
+#include "sim/engine/engine.h"
 
 namespace graintruth::sim {
 namespace {

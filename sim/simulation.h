@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "sim/scene.h"
-#include "sim/snapshot.h"
-#include "sim/state.h"
-#include "sim/time_step.h"
+#include "sim/engine/snapshot.h"
+#include "sim/engine/state.h"
+#include "sim/laws/time_step.h"
 
 namespace graintruth::sim {
 

@@ -7,9 +7,9 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "datasets/table.h"
-#include "datasets/trajectories.h"
-#include "tracking/film_camera.h"
+#include "datasets/store/table.h"
+#include "datasets/store/trajectories.h"
+#include "tracking/view/film_camera.h"
 #include "tracking/tracking_summary.h"
 
 namespace graintruth::tracking {

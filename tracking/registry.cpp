@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::tracking {
 

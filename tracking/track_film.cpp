@@ -6,9 +6,9 @@
 #include <limits>
 #include <optional>
 
-#include "tracking/corrections.h"
-#include "tracking/overlay.h"
-#include "tracking/video.h"
+#include "tracking/film/corrections.h"
+#include "tracking/drawing/overlay.h"
+#include "tracking/film/video.h"
 
 namespace graintruth::tracking {
 

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "datasets/experiment/tracking_spec.h"
-#include "datasets/trajectories.h"
+#include "datasets/store/trajectories.h"
 #include "tracking/particle_tracker.h"
 
 namespace graintruth::tracking {

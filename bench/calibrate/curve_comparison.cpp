@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "bench/calibrate/hopper.h"
-#include "calibrate/hypothesis_tests.h"
+#include "calibrate/compare/hypothesis_tests.h"
 
 namespace graintruth::bench {
 

@@ -2,7 +2,7 @@
 // exactly it was measured: the fit's own misfit has to.
 #pragma once
 
-#include "calibrate/comparison.h"
+#include "calibrate/compare/comparison.h"
 
 namespace graintruth::bench {
 

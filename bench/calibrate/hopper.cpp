@@ -9,7 +9,7 @@
 
 #include "bench/calibrate/thread_seconds.h"
 #include "calibrate/observables/discharge.h"
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 #include "datasets/store/fingerprint.h"
 
 namespace graintruth::bench {

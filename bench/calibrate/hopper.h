@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "calibrate/bulk_measure.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/ensemble.h"
 #include "sim/simulation.h"
 

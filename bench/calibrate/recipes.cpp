@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "bench/calibrate/twins.h"
-#include "calibrate/median.h"
-#include "datasets/table.h"
+#include "calibrate/flow/median.h"
+#include "datasets/store/table.h"
 
 using namespace graintruth;
 using datasets::number_text;

@@ -9,7 +9,7 @@
 #include <chrono>
 
 #include "bench/calibrate/twins.h"
-#include "calibrate/median.h"
+#include "calibrate/flow/median.h"
 #include "tests/calibrate/toy_experiment.h"
 
 using namespace graintruth;

@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "calibrate/calibration.h"
-#include "calibrate/median.h"
-#include "datasets/table.h"
+#include "calibrate/flow/median.h"
+#include "datasets/store/table.h"
 #include "tests/calibrate/toy_experiment.h"
 
 using namespace graintruth;

@@ -11,8 +11,8 @@
 
 #include "bench/calibrate/thread_seconds.h"
 #include "bench/calibrate/twins.h"
-#include "calibrate/median.h"
-#include "datasets/table.h"
+#include "calibrate/flow/median.h"
+#include "datasets/store/table.h"
 
 using namespace graintruth;
 using datasets::number_text;

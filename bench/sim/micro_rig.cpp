@@ -8,7 +8,7 @@
 #include <fstream>
 #include <vector>
 
-#include "sim/relaxation.h"
+#include "sim/engine/relaxation.h"
 #include "sim/simulation.h"
 #include "tests/sim/scenes.h"
 

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/neighbours.h"
+#include "sim/engine/neighbours.h"
 
 namespace graintruth::bench {
 namespace {

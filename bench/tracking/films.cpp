@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tracking/recording.h"
+#include "tracking/film/recording.h"
 
 namespace graintruth::bench {
 

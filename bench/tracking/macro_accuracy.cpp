@@ -13,10 +13,10 @@
 #include <numbers>
 
 #include "bench/tracking/films.h"
-#include "calibrate/bulk_measure.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/observables/observable.h"
-#include "datasets/table.h"
-#include "tracking/bed_tracker.h"
+#include "datasets/store/table.h"
+#include "tracking/plates/bed_tracker.h"
 #include "tracking/track_film.h"
 
 using namespace graintruth;
@@ -137,7 +137,7 @@ Figures compare(const datasets::Trajectories& tracks,
   return f;
 }
 
-// What stands still in a smeared film against the truth, both by the rule of datasets/stagnant.h:
+// What stands still in a smeared film against the truth, both by the rule of datasets/imports/stagnant.h:
 // the boundary's height in each frame and column beside the orifice, the median height of each
 // column while the bed discharges, and the places themselves.
 struct StagnantFigures {

@@ -17,8 +17,8 @@
 #include <numbers>
 
 #include "bench/tracking/films.h"
-#include "datasets/table.h"
-#include "tracking/ball_tracker.h"
+#include "datasets/store/table.h"
+#include "tracking/balls/ball_tracker.h"
 #include "tracking/track_film.h"
 
 using namespace graintruth;

@@ -17,16 +17,16 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "datasets/table.h"
-#include "tracking/assignment.h"
-#include "tracking/chessboard.h"
-#include "tracking/film_camera.h"
-#include "tracking/linked_tracks.h"
-#include "tracking/recording.h"
+#include "datasets/store/table.h"
+#include "tracking/bodies/assignment.h"
+#include "tracking/view/chessboard.h"
+#include "tracking/view/film_camera.h"
+#include "tracking/bodies/linked_tracks.h"
+#include "tracking/film/recording.h"
 #include "tracking/registry.h"
-#include "tracking/spots.h"
+#include "tracking/bodies/spots.h"
 #include "tracking/track_film.h"
-#include "tracking/video.h"
+#include "tracking/film/video.h"
 
 using namespace graintruth;
 using tracking::Spot;

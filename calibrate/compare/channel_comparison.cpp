@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "calibrate/hypothesis_tests.h"
+#include "calibrate/compare/hypothesis_tests.h"
 
 namespace graintruth::calibrate {
 

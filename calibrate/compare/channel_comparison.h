@@ -9,8 +9,8 @@
 
 #include <functional>
 
-#include "calibrate/comparison.h"
-#include "calibrate/hypothesis_tests.h"
+#include "calibrate/compare/comparison.h"
+#include "calibrate/compare/hypothesis_tests.h"
 #include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calibrate/hypothesis_tests.h"
-#include "calibrate/objective.h"
+#include "calibrate/compare/hypothesis_tests.h"
+#include "calibrate/compare/objective.h"
 
 namespace graintruth::calibrate {
 

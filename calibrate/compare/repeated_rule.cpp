@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calibrate/agreement.h"
-#include "calibrate/objective.h"
+#include "calibrate/compare/agreement.h"
+#include "calibrate/compare/objective.h"
 
 namespace graintruth::calibrate {
 

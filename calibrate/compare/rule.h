@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/objective.h"
+#include "calibrate/compare/objective.h"
 #include "calibrate/observables/channel.h"
-#include "calibrate/simulated_run.h"
+#include "calibrate/compare/simulated_run.h"
 
 namespace graintruth::calibrate {
 

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "calibrate/engines/scene_runner.h"
-#include "datasets/input_error.h"
-#include "sim/time_step.h"
+#include "datasets/store/input_error.h"
+#include "sim/laws/time_step.h"
 
 namespace graintruth::calibrate {
 

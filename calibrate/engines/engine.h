@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "calibrate/engines/simulation_spec.h"
-#include "datasets/recording.h"
+#include "datasets/experiment/recording.h"
 
 namespace graintruth::calibrate {
 

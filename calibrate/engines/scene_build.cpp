@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "datasets/input_error.h"
-#include "sim/profile.h"
-#include "sim/restitution.h"
+#include "datasets/store/input_error.h"
+#include "sim/shapes/profile.h"
+#include "sim/laws/restitution.h"
 
 namespace graintruth::calibrate {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "datasets/scene_file.h"
+#include "datasets/scene/scene_file.h"
 #include "sim/simulation.h"
-#include "sim/surface_error.h"
+#include "sim/shapes/surface_error.h"
 
 namespace graintruth::calibrate {
 

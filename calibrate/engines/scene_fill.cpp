@@ -10,9 +10,9 @@
 #include <limits>
 #include <numbers>
 
-#include "datasets/input_error.h"
-#include "sim/neighbours.h"
-#include "sim/relaxation.h"
+#include "datasets/store/input_error.h"
+#include "sim/engine/neighbours.h"
+#include "sim/engine/relaxation.h"
 
 namespace graintruth::calibrate {
 

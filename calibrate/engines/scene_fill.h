@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibrate/engines/scene_build.h"
-#include "datasets/trajectories.h"
+#include "datasets/store/trajectories.h"
 
 namespace graintruth::calibrate {
 

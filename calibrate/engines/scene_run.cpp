@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::calibrate {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibrate/engines/scene_runner.h"
-#include "sim/contact_summary.h"
+#include "sim/engine/contact_summary.h"
 
 namespace graintruth::calibrate {
 

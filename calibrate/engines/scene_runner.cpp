@@ -7,8 +7,8 @@
 #include <numeric>
 #include <utility>
 
-#include "datasets/input_error.h"
-#include "sim/contact_summary.h"
+#include "datasets/store/input_error.h"
+#include "sim/engine/contact_summary.h"
 
 namespace graintruth::calibrate {
 

@@ -3,9 +3,9 @@
 #include <map>
 
 #include "datasets/parameters/parameter_archive.h"
-#include "datasets/scene_archive.h"
+#include "datasets/scene/scene_archive.h"
 #include "datasets/store/fingerprint.h"
-#include "datasets/trajectory_archive.h"
+#include "datasets/store/trajectory_archive.h"
 
 namespace graintruth::calibrate {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "datasets/parameters/parameter_set.h"
-#include "datasets/scene_file.h"
-#include "datasets/trajectories.h"
+#include "datasets/scene/scene_file.h"
+#include "datasets/store/trajectories.h"
 
 namespace graintruth::calibrate {
 

@@ -2,7 +2,7 @@
 #include <fmt/ranges.h>
 
 #include "calibrate/executors/executor.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::calibrate {
 

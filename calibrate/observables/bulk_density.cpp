@@ -10,8 +10,8 @@
 #include "calibrate/compare/pooled_rule.h"
 #include "calibrate/observables/observable.h"
 #include "calibrate/observables/track_results.h"
-#include "datasets/input_error.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
 

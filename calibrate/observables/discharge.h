@@ -2,7 +2,7 @@
 // these measures in a channel's details and back.
 #pragma once
 
-#include "calibrate/bulk_measure.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {

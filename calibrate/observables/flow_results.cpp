@@ -8,10 +8,10 @@
 #include <limits>
 
 #include "calibrate/compare/pooled_rule.h"
-#include "calibrate/flow_fits.h"
-#include "calibrate/hypothesis_tests.h"
+#include "calibrate/flow/flow_fits.h"
+#include "calibrate/compare/hypothesis_tests.h"
 #include "calibrate/observables/discharge.h"
-#include "datasets/stagnant.h"
+#include "datasets/imports/stagnant.h"
 
 namespace graintruth::calibrate {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calibrate/objective.h"
+#include "calibrate/compare/objective.h"
 
 namespace graintruth::calibrate {
 

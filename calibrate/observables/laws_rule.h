@@ -4,7 +4,7 @@
 #pragma once
 
 #include "calibrate/compare/pooled_rule.h"
-#include "calibrate/flow_laws.h"
+#include "calibrate/flow/flow_laws.h"
 #include "calibrate/observables/observable.h"
 
 namespace graintruth::calibrate {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibrate/observables/observable.h"
-#include "datasets/recording.h"
+#include "datasets/experiment/recording.h"
 
 namespace graintruth::calibrate {
 

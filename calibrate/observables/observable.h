@@ -13,8 +13,8 @@
 
 #include "calibrate/compare/rule.h"
 #include "calibrate/observables/channel.h"
-#include "datasets/experiment.h"
-#include "datasets/recording.h"
+#include "datasets/experiment/experiment.h"
+#include "datasets/experiment/recording.h"
 
 namespace graintruth::calibrate {
 

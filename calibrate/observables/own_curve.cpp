@@ -10,7 +10,7 @@
 #include "calibrate/observables/curve_observable.h"
 #include "calibrate/observables/moments.h"
 #include "calibrate/observables/observable.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
 

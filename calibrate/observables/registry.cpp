@@ -5,8 +5,8 @@
 #include <array>
 
 #include "calibrate/observables/observable.h"
-#include "datasets/input_error.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "calibrate/agreement.h"
+#include "calibrate/compare/agreement.h"
 #include "calibrate/compare/repeated_rule.h"
-#include "calibrate/median.h"
+#include "calibrate/flow/median.h"
 #include "calibrate/observables/moments.h"
 
 namespace graintruth::calibrate {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "calibrate/observables/curve_observable.h"
-#include "datasets/input_error.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "datasets/run_folder.h"
-#include "datasets/table.h"
+#include "datasets/store/run_folder.h"
+#include "datasets/store/table.h"
 
 namespace graintruth::calibrate {
 

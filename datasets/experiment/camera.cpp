@@ -7,7 +7,7 @@
 
 #include "datasets/experiment/pictures.h"
 #include "datasets/store/fingerprint.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::datasets {
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "datasets/toml_section.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::datasets {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "datasets/scene_particle.h"
+#include "datasets/scene/scene_particle.h"
 
 namespace graintruth::datasets {
 

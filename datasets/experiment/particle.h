@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "datasets/experiment/named_body.h"
-#include "datasets/scene_file.h"
-#include "datasets/toml_section.h"
+#include "datasets/scene/scene_file.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::datasets {
 

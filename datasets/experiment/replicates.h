@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "datasets/experiment.h"
-#include "datasets/toml_section.h"
+#include "datasets/experiment/experiment.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::datasets {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/experiment.h"
 
 namespace graintruth::datasets {
 

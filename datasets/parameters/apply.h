@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "datasets/parameters/parameter_set.h"
-#include "datasets/scene_file.h"
+#include "datasets/scene/scene_file.h"
 
 namespace graintruth::datasets {
 

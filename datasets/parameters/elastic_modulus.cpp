@@ -1,5 +1,5 @@
 // Young's modulus of the grains.
-#include "datasets/experiment.h"
+#include "datasets/experiment/experiment.h"
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 

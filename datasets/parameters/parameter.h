@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "datasets/scene_file.h"
-#include "datasets/units.h"
+#include "datasets/scene/scene_file.h"
+#include "datasets/store/units.h"
 
 namespace graintruth::datasets {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "datasets/scene_file.h"
+#include "datasets/scene/scene_file.h"
 
 namespace graintruth::datasets {
 

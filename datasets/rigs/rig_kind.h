@@ -9,7 +9,7 @@
 
 #include "datasets/experiment/particle.h"
 #include "datasets/rigs/rig.h"
-#include "datasets/toml_section.h"
+#include "datasets/store/toml_section.h"
 
 namespace graintruth::datasets {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::datasets {
 

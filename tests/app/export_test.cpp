@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 #include "tests/app/documented_tables.h"
 #include "tests/app/laboratory.h"
 #include "tests/reports/fixture_run.h"

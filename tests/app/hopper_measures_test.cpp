@@ -1,4 +1,4 @@
-#include "app/hopper_measures.h"
+#include "app/scenes/hopper_measures.h"
 
 #include <gtest/gtest.h>
 

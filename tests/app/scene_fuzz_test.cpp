@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "calibrate/engines/scene_run.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/app/laboratory.h"
 #include "tests/app/small_scene.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/app/laboratory.h"
 #include "tests/app/small_scene.h"
 #include "tests/support/temporary_folder.h"

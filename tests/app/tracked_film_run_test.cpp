@@ -10,7 +10,7 @@
 #include "tests/support/read_rows.h"
 #include "tests/support/run_program.h"
 #include "tests/tracking/drawn_shapes.h"
-#include "tracking/synthetic_video.h"
+#include "tracking/film/synthetic_video.h"
 
 namespace graintruth::tests {
 namespace {

@@ -1,4 +1,4 @@
-#include "calibrate/agreement.h"
+#include "calibrate/compare/agreement.h"
 
 #include <gtest/gtest.h>
 

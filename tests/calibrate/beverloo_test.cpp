@@ -1,4 +1,4 @@
-#include "calibrate/beverloo.h"
+#include "calibrate/flow/beverloo.h"
 
 #include <gtest/gtest.h>
 

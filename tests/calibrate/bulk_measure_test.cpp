@@ -1,4 +1,4 @@
-#include "calibrate/bulk_measure.h"
+#include "calibrate/flow/bulk_measure.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which of a few parameter sets wins where chance jams a run now and then.
-#include "calibrate/choice.h"
+#include "calibrate/search/choice.h"
 
 #include <gtest/gtest.h>
 

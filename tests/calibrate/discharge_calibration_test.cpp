@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "calibrate/observables/flow_results.h"
-#include "calibrate/uncertainty.h"
+#include "calibrate/knowledge/uncertainty.h"
 #include "tests/calibrate/closed_bin.h"
 
 namespace graintruth::calibrate {

@@ -5,7 +5,7 @@
 
 #include "calibrate/engines/embedded.h"
 #include "calibrate/problem.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/parameters.h"
 
 namespace graintruth::calibrate {

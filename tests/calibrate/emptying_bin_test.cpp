@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/bulk_measure.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/problem.h"
 #include "tests/support/parameters.h"
 #include "tests/support/temporary_folder.h"

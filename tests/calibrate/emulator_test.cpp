@@ -1,14 +1,14 @@
 // The emulator where the compared numbers are known functions of the parameters, and what it
 // proposes.
-#include "calibrate/emulator.h"
+#include "calibrate/search/emulator.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/objective.h"
-#include "calibrate/proposals.h"
+#include "calibrate/compare/objective.h"
+#include "calibrate/search/proposals.h"
 #include "tests/calibrate/stub_comparison.h"
 
 namespace graintruth::calibrate {

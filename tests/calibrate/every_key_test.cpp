@@ -12,7 +12,7 @@
 
 #include "calibrate/problem.h"
 #include "datasets/experiment/tracking_spec.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {

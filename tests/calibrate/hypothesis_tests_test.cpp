@@ -1,4 +1,4 @@
-#include "calibrate/hypothesis_tests.h"
+#include "calibrate/compare/hypothesis_tests.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/calibrate/toy_experiment.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,4 +1,4 @@
-#include "calibrate/kinematic.h"
+#include "calibrate/flow/kinematic.h"
 
 #include <gtest/gtest.h>
 

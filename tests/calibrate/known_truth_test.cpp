@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "calibrate/least_squares.h"
+#include "calibrate/search/least_squares.h"
 #include "tests/support/read_rows.h"
 
 namespace graintruth::calibrate {

@@ -1,6 +1,6 @@
 // The fitter against the certified values of NIST's Statistical Reference Datasets, non-linear
 // regression. The files are others' and are read from outside the repository.
-#include "calibrate/least_squares.h"
+#include "calibrate/search/least_squares.h"
 
 #include <gtest/gtest.h>
 

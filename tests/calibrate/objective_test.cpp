@@ -1,11 +1,11 @@
 // What is minimised of tracks: the loss, half widths, and what a model that saw nothing gets.
-#include "calibrate/objective.h"
+#include "calibrate/compare/objective.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "calibrate/agreement.h"
+#include "calibrate/compare/agreement.h"
 #include "calibrate/compare/repeated_rule.h"
 #include "tests/calibrate/toy_experiment.h"
 

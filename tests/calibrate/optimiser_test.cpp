@@ -1,4 +1,4 @@
-#include "calibrate/optimiser.h"
+#include "calibrate/search/optimiser.h"
 
 #include <gtest/gtest.h>
 

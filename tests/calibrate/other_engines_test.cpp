@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "calibrate/calibration.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/sliding_block_engine.h"
 #include "tests/support/temporary_folder.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "calibrate/problem.h"
-#include "datasets/curve_files.h"
-#include "datasets/input_error.h"
+#include "datasets/imports/curve_files.h"
+#include "datasets/store/input_error.h"
 #include "tests/app/small_scene.h"
 #include "tests/support/closed_engine.h"
 #include "tests/support/parameters.h"

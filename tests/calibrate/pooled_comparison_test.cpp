@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "calibrate/beverloo.h"
-#include "calibrate/bulk_measure.h"
+#include "calibrate/flow/beverloo.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/compare/channel_comparison.h"
 #include "calibrate/compare/pooled_rule.h"
 #include "calibrate/observables/flow_results.h"

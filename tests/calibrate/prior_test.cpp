@@ -1,7 +1,7 @@
 // Priors where everything is known in closed form: an objective that is a parabola about what the
 // replicates ask for, and replicates that ask for it with a known standard deviation s. With a
 // prior m +- u the answer is the mean weighted by 1/s^2 and 1/u^2.
-#include "calibrate/prior.h"
+#include "calibrate/knowledge/prior.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "calibrate/parameters.h"
-#include "calibrate/search.h"
+#include "calibrate/search/search.h"
 #include "tests/calibrate/toy_experiment.h"
 
 namespace graintruth::calibrate {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/calibrate/toy_experiment.h"
 
 namespace graintruth::calibrate {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "calibrate/problem.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {

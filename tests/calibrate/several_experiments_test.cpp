@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calibrate/agreement.h"
+#include "calibrate/compare/agreement.h"
 #include "calibrate/compare/channel_comparison.h"
 #include "tests/calibrate/toy_experiment.h"
 

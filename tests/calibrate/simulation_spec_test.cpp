@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "datasets/scene_file.h"
+#include "datasets/scene/scene_file.h"
 
 namespace graintruth::calibrate {
 namespace {

@@ -1,7 +1,7 @@
 // A comparison that says nothing; tests put in what they are about.
 #pragma once
 
-#include "calibrate/comparison.h"
+#include "calibrate/compare/comparison.h"
 
 namespace graintruth::calibrate {
 

@@ -1,11 +1,11 @@
-#include "calibrate/surrogate.h"
+#include "calibrate/search/surrogate.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/sensitivity.h"
+#include "calibrate/knowledge/sensitivity.h"
 
 namespace graintruth::calibrate {
 namespace {

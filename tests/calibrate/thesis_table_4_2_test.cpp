@@ -1,8 +1,8 @@
 // Table 4.2 of the thesis, row by row, from the ranks that it prints.
 #include <gtest/gtest.h>
 
-#include "calibrate/agreement.h"
-#include "datasets/table.h"
+#include "calibrate/compare/agreement.h"
+#include "datasets/store/table.h"
 
 namespace graintruth::calibrate {
 namespace {

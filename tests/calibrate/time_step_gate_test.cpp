@@ -1,4 +1,4 @@
-#include "calibrate/time_step_gate.h"
+#include "calibrate/search/time_step_gate.h"
 
 #include <gtest/gtest.h>
 

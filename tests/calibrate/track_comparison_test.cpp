@@ -5,7 +5,7 @@
 
 #include "calibrate/compare/channel_comparison.h"
 #include "calibrate/ensemble.h"
-#include "calibrate/uncertainty.h"
+#include "calibrate/knowledge/uncertainty.h"
 #include "tests/calibrate/toy_experiment.h"
 
 namespace graintruth::calibrate {

@@ -1,5 +1,5 @@
 // What a load cell writes.
-#include "datasets/discharge_curve.h"
+#include "datasets/imports/discharge_curve.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

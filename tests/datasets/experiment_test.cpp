@@ -1,11 +1,11 @@
-#include "datasets/experiment.h"
+#include "datasets/experiment/experiment.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

@@ -1,9 +1,9 @@
 // Experiments that share grains and walls, but not every wall.
-#include "datasets/joint_experiment.h"
+#include "datasets/experiment/joint_experiment.h"
 
 #include <gtest/gtest.h>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "datasets/parameters/apply.h"
 #include "tests/support/temporary_folder.h"
 

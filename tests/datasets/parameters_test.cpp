@@ -3,8 +3,8 @@
 
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
-#include "datasets/scene_archive.h"
-#include "datasets/scene_file.h"
+#include "datasets/scene/scene_archive.h"
+#include "datasets/scene/scene_file.h"
 
 namespace graintruth::datasets {
 namespace {

@@ -1,8 +1,8 @@
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 
 #include <gtest/gtest.h>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

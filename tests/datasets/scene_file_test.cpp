@@ -1,5 +1,5 @@
 // Scene files, decks and the geometry files that they name: what is read, and what is refused how.
-#include "datasets/scene_file.h"
+#include "datasets/scene/scene_file.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "datasets/geometry_files.h"
-#include "datasets/input_error.h"
+#include "datasets/scene/geometry_files.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/read_rows.h"
 #include "tests/support/temporary_folder.h"
 

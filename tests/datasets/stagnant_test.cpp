@@ -1,4 +1,4 @@
-#include "datasets/stagnant.h"
+#include "datasets/imports/stagnant.h"
 
 #include <gtest/gtest.h>
 

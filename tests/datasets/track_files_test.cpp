@@ -1,13 +1,13 @@
 // Tracks as other programs write them: small files of each form, all of the same two particles,
 // that must come out as the same trajectories.
-#include "datasets/track_files.h"
+#include "datasets/imports/track_files.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

@@ -5,10 +5,10 @@
 
 #include <fstream>
 
-#include "datasets/experiment.h"
+#include "datasets/experiment/experiment.h"
 #include "datasets/experiment/pictures.h"
 #include "datasets/experiment/tracking_spec.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

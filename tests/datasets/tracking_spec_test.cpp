@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

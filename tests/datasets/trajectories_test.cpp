@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "datasets/input_error.h"
-#include "datasets/track_files.h"
+#include "datasets/store/input_error.h"
+#include "datasets/imports/track_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

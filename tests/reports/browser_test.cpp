@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 #include "fixture_run.h"
 #include "reports/report.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/table.h"
+#include "datasets/store/table.h"
 #include "fixture_run.h"
 #include "reports/report.h"
 

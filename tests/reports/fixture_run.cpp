@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/table.h"
+#include "datasets/store/table.h"
 
 namespace graintruth::tests {
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "datasets/run_folder.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::tests {
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "datasets/input_error.h"
-#include "datasets/run_folder.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/run_folder.h"
 #include "fixture_run.h"
 
 namespace graintruth::reports {

@@ -1,10 +1,10 @@
-#include "reports/words.h"
+#include "reports/page/words.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "reports/parameter_words.h"
+#include "reports/page/parameter_words.h"
 
 namespace graintruth::reports {
 namespace {

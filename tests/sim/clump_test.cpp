@@ -1,5 +1,5 @@
 // Clumps of overlapping spheres; what is compared with references is in cases/particle_cases.cpp.
-#include "sim/clump.h"
+#include "sim/shapes/clump.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

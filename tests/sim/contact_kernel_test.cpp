@@ -1,6 +1,6 @@
 // The contact law along a batch, as the machine's widest instructions run it, against the plain
 // loop.
-#include "sim/contact_kernel.h"
+#include "sim/engine/contact_kernel.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim/contact_kernel.h"
-#include "sim/restitution.h"
+#include "sim/engine/contact_kernel.h"
+#include "sim/laws/restitution.h"
 #include "sim/simulation.h"
 #include "tests/sim/cases/incline.h"
 

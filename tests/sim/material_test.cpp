@@ -1,8 +1,8 @@
-#include "sim/material.h"
+#include "sim/laws/material.h"
 
 #include <gtest/gtest.h>
 
-#include "sim/restitution.h"
+#include "sim/laws/restitution.h"
 #include "tests/support/read_rows.h"
 
 namespace graintruth::sim {

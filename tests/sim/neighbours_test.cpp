@@ -1,4 +1,4 @@
-#include "sim/neighbours.h"
+#include "sim/engine/neighbours.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,13 +1,13 @@
 // Fitting spheres to a profile, and how rough the fitted body is. The thesis's own figures are in
 // cases/particle_cases.cpp.
-#include "sim/profile.h"
+#include "sim/shapes/profile.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "sim/surface_error.h"
+#include "sim/shapes/surface_error.h"
 #include "tests/support/read_rows.h"
 
 namespace graintruth::sim {

@@ -1,4 +1,4 @@
-#include "sim/relaxation.h"
+#include "sim/engine/relaxation.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

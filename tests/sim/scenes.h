@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "sim/relaxation.h"
+#include "sim/engine/relaxation.h"
 #include "sim/scene.h"
 
 namespace graintruth::sim::scenes {

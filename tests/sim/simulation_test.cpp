@@ -7,7 +7,7 @@
 #include <functional>
 #include <thread>
 
-#include "sim/contact_summary.h"
+#include "sim/engine/contact_summary.h"
 #include "tests/sim/hashed_runs.h"
 
 namespace graintruth::sim {

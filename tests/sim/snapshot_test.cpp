@@ -1,5 +1,5 @@
 // Save and restart: a simulation goes on with the same bits as one that was never interrupted.
-#include "sim/snapshot.h"
+#include "sim/engine/snapshot.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,5 +1,5 @@
 // Every task once, whatever threads do: the bits of a simulation rest on it.
-#include "sim/team.h"
+#include "sim/engine/team.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/time_step.h"
+#include "sim/laws/time_step.h"
 
 #include <gtest/gtest.h>
 

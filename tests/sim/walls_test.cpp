@@ -1,4 +1,4 @@
-#include "sim/walls.h"
+#include "sim/shapes/walls.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

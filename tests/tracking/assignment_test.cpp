@@ -1,4 +1,4 @@
-#include "tracking/assignment.h"
+#include "tracking/bodies/assignment.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "datasets/table.h"
+#include "datasets/store/table.h"
 #include "tests/tracking/drawn_film.h"
-#include "tracking/video.h"
+#include "tracking/film/video.h"
 
 namespace graintruth::tracking {
 namespace {

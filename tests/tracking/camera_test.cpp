@@ -1,4 +1,4 @@
-#include "tracking/camera.h"
+#include "tracking/view/camera.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "datasets/input_error.h"
-#include "tracking/film_camera.h"
-#include "tracking/synthetic_video.h"
+#include "datasets/store/input_error.h"
+#include "tracking/view/film_camera.h"
+#include "tracking/film/synthetic_video.h"
 
 namespace graintruth::tracking {
 namespace {

@@ -1,4 +1,4 @@
-#include "tracking/clock.h"
+#include "tracking/film/clock.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "datasets/input_error.h"
-#include "tracking/recording.h"
+#include "datasets/store/input_error.h"
+#include "tracking/film/recording.h"
 #include "tracking/registry.h"
-#include "tracking/synthetic_video.h"
+#include "tracking/film/synthetic_video.h"
 #include "tracking/track_film.h"
 
 namespace graintruth::tracking {

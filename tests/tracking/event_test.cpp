@@ -1,4 +1,4 @@
-#include "tracking/event.h"
+#include "tracking/event/event.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

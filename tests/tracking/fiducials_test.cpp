@@ -1,4 +1,4 @@
-#include "tracking/fiducials.h"
+#include "tracking/view/fiducials.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "tracking/steady_view.h"
+#include "tracking/view/steady_view.h"
 
 namespace graintruth::tracking {
 namespace {

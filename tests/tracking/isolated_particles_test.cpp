@@ -12,12 +12,12 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "datasets/input_error.h"
-#include "datasets/table.h"
-#include "tracking/chessboard.h"
-#include "tracking/linked_tracks.h"
-#include "tracking/rods.h"
-#include "tracking/spots.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/table.h"
+#include "tracking/view/chessboard.h"
+#include "tracking/bodies/linked_tracks.h"
+#include "tracking/bodies/rods.h"
+#include "tracking/bodies/spots.h"
 
 namespace graintruth::tracking {
 namespace {

@@ -1,5 +1,5 @@
 // Where a ball ends along a ray, against balls whose edge is known.
-#include "tracking/limb_model.h"
+#include "tracking/balls/limb_model.h"
 
 #include <gtest/gtest.h>
 

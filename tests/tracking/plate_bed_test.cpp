@@ -5,12 +5,12 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tracking/drawn_film.h"
-#include "tracking/bed_tracker.h"
-#include "tracking/corrections.h"
-#include "tracking/plate.h"
+#include "tracking/plates/bed_tracker.h"
+#include "tracking/film/corrections.h"
+#include "tracking/plates/plate.h"
 
 namespace graintruth::tracking {
 namespace {

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "datasets/table.h"
+#include "datasets/store/table.h"
 #include "tests/tracking/drawn_film.h"
 #include "tracking/median.h"
 

@@ -1,5 +1,5 @@
 // One camera model from whatever gives scale: clicked points, a chessboard, a stick, a known lens.
-#include "tracking/scale.h"
+#include "tracking/view/scale.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <random>
 
 #include "datasets/experiment/pictures.h"
-#include "datasets/input_error.h"
+#include "datasets/store/input_error.h"
 #include "tests/tracking/drawn_shapes.h"
-#include "tracking/film_camera.h"
-#include "tracking/synthetic_video.h"
+#include "tracking/view/film_camera.h"
+#include "tracking/film/synthetic_video.h"
 
 namespace graintruth::tracking {
 namespace {

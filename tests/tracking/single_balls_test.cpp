@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tests/tracking/drawn_film.h"
-#include "tracking/ball_tracker.h"
+#include "tracking/balls/ball_tracker.h"
 
 namespace graintruth::tracking {
 namespace {

@@ -1,4 +1,4 @@
-#include "tracking/video.h"
+#include "tracking/film/video.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <iterator>
 #include <string>
 
-#include "datasets/input_error.h"
-#include "tracking/synthetic_video.h"
+#include "datasets/store/input_error.h"
+#include "tracking/film/synthetic_video.h"
 
 namespace graintruth::tracking {
 namespace {

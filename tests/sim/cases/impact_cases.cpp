@@ -3,7 +3,7 @@
 #include <array>
 #include <numbers>
 
-#include "sim/restitution.h"
+#include "sim/laws/restitution.h"
 #include "sim/simulation.h"
 #include "tests/sim/cases/check.h"
 #include "tests/support/read_rows.h"

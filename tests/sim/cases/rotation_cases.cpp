@@ -1,7 +1,7 @@
 // Free bodies: falling, damped, turning, and one push.
 #include <array>
 
-#include "sim/integrate.h"
+#include "sim/engine/integrate.h"
 #include "sim/simulation.h"
 #include "tests/sim/cases/check.h"
 #include "tests/support/read_rows.h"

@@ -1,0 +1,226 @@
+#include "app/run/films.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "app/run/first_frame.h"
+#include "app/run/given_data.h"
+#include "app/run/interrupt.h"
+#include "calibrate/ensemble.h"
+#include "calibrate/problem.h"
+#include "datasets/experiment/tracking_spec.h"
+#include "datasets/store/fingerprint.h"
+#include "datasets/store/table.h"
+#include "tracking/film/recording.h"
+#include "tracking/registry.h"
+#include "tracking/track_film.h"
+
+namespace graintruth::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json summary_json(const tracking::TrackingSummary& summary, const datasets::Film& film) {
+  Json json = {{"name", film.name},
+               {"film", film.video.filename().string()},
+               {"grade", tracking::to_string(summary.grade)},
+               {"warnings", summary.warnings},
+               {"findings", summary.findings},
+               {"width_px", summary.width},
+               {"height_px", summary.height},
+               {"frames", summary.frames_read},
+               {"frames_declared", summary.frames_declared},
+               {"frame_rate_hz", summary.frame_rate_hz},
+               {"repeated_frames", summary.repeated_frames},
+               {"scale_px_per_mm", summary.scale_px_per_mm},
+               {"distortion_k1", summary.distortion_k1},
+               {"distortion_k2", summary.distortion_k2},
+               {"scale_from", fmt::format("{} {}", summary.references_found, summary.references)},
+               {summary.references + "_given", summary.references_given},
+               {summary.references + "_found", summary.references_found},
+               {summary.references + "_used", summary.references_used},
+               {"calibration_rms_mm", summary.calibration_rms_mm},
+               {"calibration_max_mm", summary.calibration_max_mm},
+               {"calibration_leave_one_out_mm", summary.calibration_leave_one_out_rms_mm},
+               {"calibration_leave_one_out_max_mm", summary.calibration_leave_one_out_max_mm},
+               {"camera_shift_px", summary.camera_shift_px},
+               {"particles", summary.particles},
+               {"detections", summary.detections},
+               {"completeness", summary.completeness},
+               {"gaps", summary.gaps},
+               {"suspected_swaps", summary.suspected_swaps},
+               {"pixel_error_px", summary.pixel_error_px},
+               {"position_sigma_mm", summary.position_sigma_mm}};
+  if (summary.shows_angle) {
+    json["angle_jumps"] = summary.angle_jumps;
+    json["angle_sigma_deg"] = summary.angle_sigma_deg;
+  }
+  json["event_time_s"] = summary.event_time_s;
+  json["event_time_sigma_s"] = summary.event_uncertainty_s;
+  json["event_source"] = summary.event_source;
+  json["noted_event_time_s"] = summary.noted_event_time_s;
+  json["frames_per_second"] = summary.frames_per_second;
+  return json;
+}
+
+// What an earlier run left for this film; null where there is nothing or it is of another film or
+// rig.
+Json earlier_summary(const datasets::RunFolder& folder,
+                     const std::string& name,
+                     const std::string& hash) {
+  if (!std::filesystem::exists(folder.tracking_of(name)) ||
+      !std::filesystem::exists(folder.tracks(name)))
+    return nullptr;
+  Json summary = Json::parse(datasets::read_whole(folder.tracking_of(name)), nullptr, false);
+  if (summary.is_discarded() || summary.value("hash", "") != hash) return nullptr;
+  return summary;
+}
+
+Json track_film(const datasets::TrackingSpec& spec,
+                const datasets::Film& film,
+                const datasets::RunFolder& folder,
+                const std::string& hash,
+                const std::function<void(int, int)>& progress,
+                const std::function<bool()>& stop) {
+  tracking::TrackingOptions options;
+  options.overlay_file = folder.overlay(film.name);
+  options.annotated_first = folder.annotated_frame(film.name, "first");
+  options.annotated_middle = folder.annotated_frame(film.name, "middle");
+  options.annotated_last = folder.annotated_frame(film.name, "last");
+  options.progress = progress;
+  options.stop = stop;
+  const datasets::TrackingSpec recorded = tracking::as_recorded(spec, film.video);
+  const auto tracker = tracking::make_tracker(recorded, film);
+  const tracking::TrackedFilm tracked = tracking::track_film(*tracker, recorded, film, options);
+  datasets::write_tracks(folder.tracks(film.name), tracked.trajectories);
+  for (const auto& [name, table] : tracker->tables())
+    datasets::write_csv(folder.film_table(film.name, name), table);
+  Json summary = summary_json(tracked.summary, film);
+  tracker->describe(summary);
+  for (const char* moment : {"first", "middle", "last"}) {
+    const std::filesystem::path frame = folder.annotated_frame(film.name, moment);
+    if (std::filesystem::exists(frame)) {
+      summary["annotated_frames"].push_back(
+          std::filesystem::relative(frame, folder.root).generic_string());
+    }
+  }
+  // The summary is written last: its hash says that everything else of this film is there.
+  summary["hash"] = hash;
+  datasets::write_whole(folder.tracking_of(film.name), summary.dump(2) + "\n");
+  return summary;
+}
+
+// What can be seen to be unusable before the work begins: tracks and curves that do not fit, films
+// that nobody can follow or of which no frame can be read. The tracks are empty where there is a
+// film.
+TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
+                            std::vector<std::optional<datasets::TrackingSpec>>& specs) {
+  TrackedFilms films;
+  films.is_smeared.assign(experiment.replicates.size(), 0);
+  bool filmed = false;
+  for (const datasets::Replicate& replicate : experiment.replicates) {
+    films.recordings.push_back(read_given_data(experiment, replicate));
+    specs.emplace_back();
+    if (replicate.video.empty()) continue;
+    filmed = true;
+    const datasets::Film film = datasets::film_of(experiment, replicate);
+    specs.back() = datasets::make_tracking_spec(experiment, replicate);
+    tracking::make_tracker(*specs.back(), film);
+    require_first_frame(*specs.back(), film);
+  }
+  if (!filmed && !experiment.measurement.observables.empty())
+    calibrate::check_recordings(experiment, films.recordings);
+  return films;
+}
+
+// Of every file that the replicate names.
+void add_hashes(const datasets::Replicate& replicate,
+                const std::optional<datasets::TrackingSpec>& spec,
+                std::map<std::string, std::string>& hashes) {
+  if (spec) hashes[replicate.video.filename().string()] = spec->film_hash;
+  for (const std::filesystem::path& file :
+       {replicate.tracks, replicate.discharge, replicate.curves, replicate.corrections}) {
+    if (!file.empty()) hashes[file.filename().string()] = datasets::file_hash(file);
+  }
+}
+
+}  // namespace
+
+TrackedFilms track_films(const datasets::Experiment& experiment,
+                         const datasets::RunFolder& folder,
+                         int jobs,
+                         ProgressLine& progress) {
+  const std::size_t count = experiment.replicates.size();
+  std::vector<std::optional<datasets::TrackingSpec>> specs;  // of the films
+  TrackedFilms films = look_at_inputs(experiment, specs);
+  std::vector<Json> summaries(count);
+  std::vector<double> shares(count, 0.0);
+  std::atomic<bool> failed = false;
+  std::mutex mutex;
+  const auto show = [&](std::size_t i, double share) {
+    const std::lock_guard lock(mutex);
+    shares[i] = share;
+    double sum = 0.0;
+    for (const double each : shares) sum += each;
+    progress.show("tracking", sum / static_cast<double>(count), fmt::format("{} films", count));
+  };
+
+  // One film that cannot be used ends the work on the others.
+  const auto stop = [&] { return failed || is_interrupted(); };
+  const auto track = [&](std::size_t i) {
+    const datasets::TrackingSpec& spec = *specs[i];
+    const datasets::Film film = datasets::film_of(experiment, experiment.replicates[i]);
+    const std::string hash = datasets::fingerprint(spec);
+    summaries[i] = earlier_summary(folder, film.name, hash);
+    if (!summaries[i].is_null()) return;
+    const auto on_frame = [&](int frame, int total) {
+      show(i, total > 0 ? static_cast<double>(frame) / total : 0.0);
+    };
+    try {
+      summaries[i] = track_film(spec, film, folder, hash, on_frame, stop);
+    } catch (const tracking::Stopped&) {
+      if (is_interrupted()) throw calibrate::Interrupted();
+    } catch (...) {
+      failed = true;
+      throw;
+    }
+  };
+  calibrate::parallel_for(static_cast<int>(count), jobs, [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    if (specs[i]) track(i);
+    show(i, 1.0);
+  });
+
+  Json all = {{"replicates", Json::array()}};
+  for (std::size_t i = 0; i < count; ++i) {
+    const datasets::Replicate& replicate = experiment.replicates[i];
+    add_hashes(replicate, specs[i], films.input_hashes);
+    if (!specs[i]) {
+      if (!films.recordings[i].tracks) continue;
+      const std::filesystem::path copy = folder.tracks(replicate.name);
+      std::error_code error;
+      if (!std::filesystem::equivalent(copy, replicate.tracks, error))
+        datasets::write_tracks(copy, *films.recordings[i].tracks);
+      continue;
+    }
+    // Always read back from the file, so that a resumed run works with the same bits as the first.
+    films.recordings[i].tracks = datasets::read_tracks(folder.tracks(replicate.name));
+    if (summaries[i].contains("bed")) {
+      // Only its bed at rest can be followed, and it would look as if all else had left
+      const Json& bed = summaries[i]["bed"];
+      films.is_smeared[i] = bed["discharged"].get<int>() + bed["remaining"].get<int>() == 0;
+    }
+    for (const auto& warning : summaries[i]["warnings"]) {
+      films.warnings.push_back(fmt::format("{}: {}", replicate.name, warning.get<std::string>()));
+    }
+    all["replicates"].push_back(std::move(summaries[i]));
+  }
+  datasets::write_whole(folder.tracking(), all.dump(2) + "\n");
+  return films;
+}
+
+}  // namespace graintruth::app

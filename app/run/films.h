@@ -1,0 +1,33 @@
+// Films of an experiment to tracks in a run folder: every film once, several at a time, nothing
+// done twice.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/run/progress.h"
+#include "datasets/experiment/experiment.h"
+#include "datasets/experiment/recording.h"
+#include "datasets/store/run_folder.h"
+#include "datasets/store/trajectories.h"
+
+namespace graintruth::app {
+
+struct TrackedFilms {
+  std::vector<datasets::Recording> recordings;  // in the order of the experiment file
+  std::vector<char> is_smeared;  // of the same length: moving particles cannot be followed
+  std::map<std::string, std::string> input_hashes;  // file name -> content hash
+  std::vector<std::string> warnings;
+};
+
+// Tracks each replicate's film, or reads back what an earlier run left for the very same film and
+// rig; tracks and discharge curves of other programs are read. Writes tracks/*, and tracking.json
+// in the end. Throws calibrate::Interrupted on Ctrl-C; films that were done by then stay done.
+TrackedFilms track_films(const datasets::Experiment& experiment,
+                         const datasets::RunFolder& folder,
+                         int jobs,
+                         ProgressLine& progress);
+
+}  // namespace graintruth::app

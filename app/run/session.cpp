@@ -1,0 +1,154 @@
+#include "app/run/session.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <numeric>
+
+#include "app/run/interrupt.h"
+#include "calibrate/result/result_files.h"
+#include "datasets/store/fingerprint.h"
+#include "reports/report.h"
+
+namespace graintruth::app {
+
+namespace {
+
+std::filesystem::path folder_for(const CommonOptions& options,
+                                 const datasets::Experiment& experiment) {
+  return options.out.empty() ? std::filesystem::path("out") / experiment.name : options.out;
+}
+
+}  // namespace
+
+Session::Session(std::string verb,
+                 const CommonOptions& options,
+                 const std::filesystem::path& experiment_file)
+    : Session(verb,
+              options,
+              datasets::load_experiment(experiment_file,
+                                        verb == "track" ? datasets::Purpose::tracking
+                                                        : datasets::Purpose::calibration)) {}
+
+Session::Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment)
+    : options_(options),
+      progress_(options.quiet),
+      start_(std::chrono::steady_clock::now()),
+      experiment_(std::move(experiment)),
+      made_(folder_for(options, experiment_)),
+      folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
+  record_.verb = std::move(verb);
+  record_.compares = record_.verb != "track";
+  // Before any film is tracked for nothing
+  if (record_.verb != "track") {
+    calibrate::complete_particle(experiment_);
+    calibrate::require_comparable(experiment_);
+  }
+  record_.started_at = utc_now();
+  record_.jobs = threads_of(options);
+  executor_ = calibrate::make_executor("threads", record_.jobs);
+  catch_interrupts();
+}
+
+void Session::track() {
+  const auto start = std::chrono::steady_clock::now();
+  films_ = track_films(experiment_, folder_, jobs(), progress_);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  record_.stages.push_back({"tracking", taken.count()});
+  record_.input_hashes = films_.input_hashes;
+  record_.input_hashes[experiment_.file.filename().string()] =
+      datasets::file_hash(experiment_.file);
+}
+
+Session::Measurable Session::measurable() {
+  Measurable measurable{experiment_, {}};
+  measurable.experiment.replicates.clear();
+  std::vector<std::string> left_out;
+  for (std::size_t i = 0; i < experiment_.replicates.size(); ++i) {
+    if (films_.is_smeared[i]) {
+      left_out.push_back(experiment_.replicates[i].name);
+      continue;
+    }
+    measurable.experiment.replicates.push_back(experiment_.replicates[i]);
+    measurable.recordings.push_back(films_.recordings[i]);
+  }
+  if (!left_out.empty()) {
+    films_.warnings.push_back(
+        fmt::format("{} left out: moving particles are smeared; film with a shorter exposure.",
+                    fmt::join(left_out, ", ")));
+  }
+  return measurable;
+}
+
+std::vector<std::string> Session::write_measured() {
+  const Measurable own = measurable();
+  return calibrate::write_measured(folder_, own.experiment, own.recordings);
+}
+
+calibrate::Problem Session::problem() {
+  const Measurable own = measurable();
+  calibrate::Problem problem = calibrate::make_problem(own.experiment, own.recordings);
+  calibrate::write_measured(folder_, own.experiment, own.recordings);
+  films_.warnings.insert(films_.warnings.end(), problem.warnings.begin(), problem.warnings.end());
+  return problem;
+}
+
+calibrate::EngineOptions Session::engine_options() const { return {.stop = is_interrupted}; }
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
+    const calibrate::Problem& problem,
+    std::span<const std::size_t> scenes,
+    std::shared_ptr<const calibrate::Comparison> comparison,
+    calibrate::Journal& journal) {
+  journal.belong_to(problem.parts);
+  return std::make_unique<calibrate::Ensemble>(
+      calibrate::scenes_of(problem, scenes, engine_options()),
+      journal,
+      std::move(comparison),
+      *executor_);
+}
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_all(const calibrate::Problem& problem,
+                                                              calibrate::Journal& journal) {
+  return ensemble_of(problem, problem.every_scene(), problem.all, journal);
+}
+
+std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_calibrated(
+    const calibrate::Problem& problem, calibrate::Journal& journal) {
+  return ensemble_of(problem, problem.calibrated_scenes, problem.calibrated, journal);
+}
+
+void Session::add_film_warnings(std::vector<std::string>& warnings) const {
+  warnings.insert(warnings.end(), films_.warnings.begin(), films_.warnings.end());
+}
+
+void Session::write_record() const { write_run_record(folder_, options_, experiment_, record_); }
+
+void Session::write_report() {
+  write_record();
+  datasets::remove_progress(folder_);
+  if (std::filesystem::exists(folder_.result())) reports::write_report(folder_);
+}
+
+void Session::finish() {
+  write_report();
+  if (!std::filesystem::exists(folder_.result())) return;
+  if (options_.json) {
+    fmt::print("{}", datasets::read_whole(folder_.result()));
+    progress_.say(fmt::format("Report: {}", folder_.report().string()));
+  } else {
+    fmt::print("Report: {}\n", folder_.report().string());
+  }
+}
+
+calibrate::SimulationProgress Session::simulation_progress() {
+  return [this](int done, int total, bool) {
+    progress_.show("simulating", static_cast<double>(done) / total, "");
+  };
+}
+
+double Session::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+}  // namespace graintruth::app

@@ -1,0 +1,403 @@
+// graintruth check: what a calibration of this experiment will do, what stands in its way, and how
+// long it may take. Tracks nothing and calibrates nothing.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "app/verbs/commands.h"
+#include "app/run/first_frame.h"
+#include "app/run/given_data.h"
+#include "calibrate/calibration.h"
+#include "calibrate/engines/scene_build.h"
+#include "calibrate/parameters.h"
+#include "datasets/store/input_error.h"
+#include "datasets/experiment/joint_experiment.h"
+#include "datasets/store/run_folder.h"
+#include "tracking/film/recording.h"
+
+namespace graintruth::app {
+
+namespace {
+
+using datasets::BeginsFrom;
+using datasets::Experiment;
+
+// Sentences, gathered: what makes the calibration impossible, and what makes it doubtful.
+struct Findings {
+  std::vector<std::string> missing;
+  std::vector<std::string> doubtful;
+};
+
+constexpr double trial_time_limit = 30.0;  // s for the one simulation that is timed
+constexpr int usual_replicates = 5;        // the thesis's number; t falls slowly from there on
+
+// How far, rms, the marks of the scale may lie off their places, m. A hundredth of a grain's width:
+// that is little beside how grains differ. But never less than ten times what well placed marks
+// leave, which are found to a twentieth of a pixel.
+double largest_residual(const datasets::Particle& particle, double pixels_per_metre) {
+  constexpr double share = 0.01, found_to = 0.05;
+  return std::max(share * 2.0 * particle.half_width, 10.0 * found_to / pixels_per_metre);
+}
+
+// At stated moments, instead of until the flow ends.
+bool is_measured_at_moments(const Experiment& experiment) {
+  return experiment.rig.begins_from != BeginsFrom::each_replicate;
+}
+
+void print_what(const Experiment& experiment) {
+  const datasets::Particle& particle = experiment.particle;
+  fmt::print("{}\n", experiment.title);
+  fmt::print("particles   {} of {} sphere(s), {:.4g} mm long, {:.4g} g each\n",
+             particle.count,
+             calibrate::spheres_of(particle.model).size(),
+             1e3 * particle.length,
+             1e3 * particle.mass);
+  const double gap = experiment.rig.front_back_gap;
+  fmt::print("rig         {}, {} walls{}\n",
+             experiment.rig.kind,
+             experiment.replicates.front().rig.scene.walls.size(),
+             gap > 0.0 ? fmt::format(", panes {:.4g} mm apart", 1e3 * gap) : std::string());
+  std::vector<std::string> observables;
+  for (const auto& observable : experiment.measurement.observables)
+    observables.push_back(observable.name);
+  fmt::print("compared    {}, of {} replicates{}\n",
+             fmt::join(observables, ", "),
+             experiment.replicates.size(),
+             is_measured_at_moments(experiment)
+                 ? fmt::format(" at {} moments, 0 to {:.4g} s from the start event",
+                               experiment.measurement.frames,
+                               experiment.measurement.last_time())
+                 : std::string(" until the flow ends"));
+  const calibrate::ParameterSet bench = datasets::bench_parameters(experiment);
+  std::size_t longest = 0;
+  for (const auto& [name, value] : bench) longest = std::max(longest, name.size());
+  for (const auto& [name, value] : bench) {
+    const auto tuned = std::find_if(experiment.tuned.begin(),
+                                    experiment.tuned.end(),
+                                    [&](const auto& each) { return each.name == name; });
+    const std::string what =
+        tuned == experiment.tuned.end()
+            ? std::string("held at its bench value")
+            : fmt::format("tuned from {:.4g} to {:.4g}, bench value", tuned->lower, tuned->upper);
+    const std::string prior = tuned != experiment.tuned.end() && tuned->prior
+                                  ? fmt::format(", prior {:.4g} +- {:.2g}",
+                                                tuned->prior->value,
+                                                tuned->prior->standard_uncertainty)
+                                  : std::string();
+    fmt::print("{:<{}} {} {:.4g}{}\n", name, longest, what, value, prior);
+  }
+  fmt::print(
+      "The simulator has no cohesion, no liquid between grains, no air drag, no breakage, no wear "
+      "and no heat\n");
+}
+
+// What the search will have to work with.
+void check_search(const Experiment& experiment, Findings& findings) {
+  const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  const auto count = static_cast<int>(experiment.replicates.size());
+  // Replicates with settings of their own are not repeats of each other
+  if (count < usual_replicates && experiment.replicates.front().rig.settings.empty()) {
+    doubt(fmt::format(
+        "{} replicates make wide intervals; {} or more are usual.", count, usual_replicates));
+  }
+  if (experiment.tuned.empty()) doubt("Nothing is to be tuned; 'graintruth validate' is enough.");
+  const calibrate::ParameterSet bench = datasets::bench_parameters(experiment);
+  for (const datasets::TunedParameter& tuned : experiment.tuned) {
+    const double value = bench.of(tuned.name);
+    if (value < tuned.lower || value > tuned.upper) {
+      doubt(fmt::format("The bench value {:.4g} of {} lies outside the bounds of its search.",
+                        value,
+                        tuned.name));
+    }
+    if (tuned.prior && (tuned.prior->value < tuned.lower || tuned.prior->value > tuned.upper)) {
+      doubt(fmt::format("The prior's mean {:.4g} of {} lies outside the bounds of its search.",
+                        tuned.prior->value,
+                        tuned.name));
+    }
+  }
+}
+
+void check_particle(const Experiment& experiment, Findings& findings) {
+  const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  const datasets::Particle& particle = experiment.particle;
+  const double gap = experiment.rig.front_back_gap;
+  if (gap > 0.0 && gap < particle.thickness)
+    doubt("The panes are closer together than a particle is thick.");
+  if (gap > 1.5 * particle.thickness)
+    doubt("The panes leave room for particles to pass behind each other; one layer is simulated.");
+  const double volume = particle.seen_area * particle.thickness;  // at most: it may be rounded
+  const double density = particle.mass / volume;
+  if (density < 100.0 || density > 20000.0) {
+    doubt(fmt::format("With this mass the density is at least {:.3g} kg/m3. Check mass and radii.",
+                      density));
+  }
+}
+
+// How long the film lasts, s, where it can be read.
+std::optional<double> check_film(const Experiment& experiment,
+                                 const datasets::Replicate& replicate,
+                                 const std::filesystem::path& picture,
+                                 Findings& findings) {
+  FirstFrame frame;
+  datasets::TrackingSpec spec;
+  try {
+    spec =
+        tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate), replicate.video);
+    frame = look_at_first_frame(spec, datasets::film_of(experiment, replicate), picture);
+  } catch (const datasets::InputError& error) {
+    findings.missing.emplace_back(error.what());
+    return std::nullopt;
+  }
+  const std::string& film = replicate.video.string();
+  const double length = frame.declared_frames / spec.camera.frame_rate;
+  fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} {} found",
+             replicate.name,
+             frame.width,
+             frame.height,
+             frame.declared_frames,
+             length,
+             frame.found,
+             frame.given,
+             frame.scale_from);
+  if (frame.residual) {
+    fmt::print(", {:.3f} mm rms, {:.3f} px/mm", 1e3 * *frame.residual, 1e-3 * *frame.scale);
+  }
+  fmt::print("\n            {}\n", picture.string());
+
+  if (!frame.residual) {
+    findings.missing.push_back(frame.complaint + "; the picture shows what was seen.");
+  } else if (*frame.residual > largest_residual(experiment.particle, *frame.scale)) {
+    findings.doubtful.push_back(
+        fmt::format("{}: the {} lie {:.2f} mm (rms) off their places; measure them again.",
+                    film,
+                    frame.scale_from,
+                    1e3 * *frame.residual));
+  }
+  const double last = experiment.measurement.last_time();
+  if (is_measured_at_moments(experiment) && frame.declared_frames > 0 && length < last) {
+    findings.missing.push_back(fmt::format(
+        "{}: the film lasts {:.2f} s, but the comparison needs {:.2f} s after the start event; "
+        "lower measure.frames or film for longer.",
+        film,
+        length,
+        last));
+  }
+  const double declared = frame.declared_frame_rate;
+  if (declared > 0.0 && std::abs(declared / spec.camera.frame_rate - 1.0) > 0.01) {
+    findings.doubtful.push_back(
+        fmt::format("{}: the film's header says {:.4g} frames/s, the experiment file {:.4g}; the "
+                    "experiment file is believed.",
+                    film,
+                    declared,
+                    spec.camera.frame_rate));
+  }
+  return length;
+}
+
+// What is known of a film before it is tracked: how long it lasts, and where the particles start if
+// the experiment file says so.
+datasets::Recording before_tracking(const Experiment& experiment, double film_length) {
+  datasets::Recording recording;
+  if (experiment.rig.begins_from == BeginsFrom::each_replicate) {
+    recording.discharge = datasets::DischargeCurve{.time = {0.0, film_length}, .mass = {0.0, 0.0}};
+    return recording;
+  }
+  datasets::Trajectories tracks =
+      datasets::make_trajectories(1, static_cast<int>(experiment.starts.size()), false);
+  for (std::size_t n = 0; n < experiment.starts.size(); ++n) {
+    const datasets::StartPlace& start = experiment.starts[n];
+    tracks.poses[n] = {start.x, start.z, start.angle};
+  }
+  recording.tracks = std::move(tracks);
+  return recording;
+}
+
+// What one replicate brings, printed; nothing where it cannot be used.
+std::optional<datasets::Recording> look_at(const Experiment& experiment,
+                                           const datasets::Replicate& replicate,
+                                           const std::filesystem::path& out,
+                                           Findings& findings) {
+  datasets::Recording recording;
+  try {
+    recording = read_given_data(experiment, replicate);
+  } catch (const datasets::InputError& error) {
+    findings.missing.emplace_back(error.what());
+    return std::nullopt;
+  }
+  if (const auto& tracks = recording.tracks) {
+    fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
+               replicate.name,
+               tracks->particles,
+               tracks->frames(),
+               tracks->time.front(),
+               tracks->time.back());
+  }
+  if (const auto& discharge = recording.discharge) {
+    fmt::print("{:<11} {:.4g} g leave between {:.4g} and {:.4g} s\n",
+               replicate.name,
+               1e3 * (discharge->mass.back() - discharge->mass.front()),
+               discharge->time.front(),
+               discharge->time.back());
+  }
+  for (const auto& [name, curve] : recording.curves)
+    fmt::print("{:<11} {} values of {}\n", replicate.name, curve.value.size(), name);
+  if (replicate.video.empty()) return recording;
+  const auto length =
+      check_film(experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
+  if (!length) return std::nullopt;
+  datasets::Recording film = before_tracking(experiment, *length);
+  film.curves = std::move(recording.curves);
+  return film;
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 90.0) return fmt::format("{:.0f} s", std::max(1.0, seconds));
+  if (seconds < 5400.0) return fmt::format("{:.0f} min", seconds / 60.0);
+  return fmt::format("{:.1f} h", seconds / 3600.0);
+}
+
+// Times one simulation in the middle of the bounds, and multiplies.
+void estimate(const CheckCommand& command, const calibrate::Problem& problem, Findings& findings) {
+  const Experiment& experiment = problem.experiment;
+  const std::array experiments = {calibrate::CalibratedExperiment{experiment.name, &problem}};
+  calibrate::CalibrationOptions options = calibrate::default_options(experiments);
+  if (command.budget > 0) options.budget = command.budget;
+  if (experiment.tuned.empty()) options.budget = 0;
+  const double cost = calibrate::expected_cost(experiments, options);
+  fmt::print(
+      "to come     {} evaluations. Together with all other steps they take as long as {:.0f} "
+      "simulations",
+      options.budget,
+      cost);
+  const calibrate::ParameterSpace space(experiment.tuned, datasets::bench_parameters(experiment));
+  const std::size_t scene = problem.calibrated_scenes[problem.calibrated_scenes.size() / 2];
+  const calibrate::EngineRun run = problem.engine->run(
+      problem.spec_of(scene,
+                      space.from_unit(std::vector<double>(space.dimension(), 0.5)),
+                      options.largest_time_step_fraction,
+                      command.common.seed),
+      {.time_limit = trial_time_limit});
+  if (run.status == calibrate::RunStatus::timed_out) {
+    fmt::print(". One takes more than {:.0f} s here\n", trial_time_limit);
+    return;
+  }
+  if (run.status != calibrate::RunStatus::completed) {
+    fmt::print("\n");
+    findings.doubtful.push_back(
+        fmt::format("A trial simulation did not complete ({}); look at walls and starting places.",
+                    run.message));
+    return;
+  }
+  const int jobs = threads_of(command.common);
+  fmt::print(
+      ". One took {:.2g} s here at the largest time step, so all take about {} on {} core(s). A "
+      "smaller time step can make this four times longer. Tracking is not included\n",
+      run.seconds,
+      duration_text(cost * run.seconds / jobs),
+      jobs);
+}
+
+// Whether what is simulated is known before films are tracked.
+bool is_start_known(const Experiment& experiment) {
+  return experiment.rig.begins_from != BeginsFrom::mean_of_replicates ||
+         !experiment.starts.empty() ||
+         std::all_of(experiment.replicates.begin(),
+                     experiment.replicates.end(),
+                     [](const auto& replicate) { return replicate.video.empty(); });
+}
+
+// Prints what is found of one experiment; pictures go below `out`.
+Findings look_at(const CheckCommand& command,
+                 Experiment experiment,
+                 const std::filesystem::path& out) {
+  // 1. What the file says
+  Findings findings;
+  calibrate::complete_particle(experiment);
+  print_what(experiment);
+  try {
+    calibrate::require_comparable(experiment);
+  } catch (const datasets::InputError& error) {
+    findings.missing.emplace_back(error.what());
+  }
+  check_search(experiment, findings);
+  check_particle(experiment, findings);
+
+  // 2. Films and tracks
+  std::vector<datasets::Recording> recordings;
+  bool is_all_given = true;
+  for (const datasets::Replicate& replicate : experiment.replicates) {
+    const auto recording = look_at(experiment, replicate, out, findings);
+    if (recording) recordings.push_back(*recording);
+    is_all_given = is_all_given && replicate.video.empty();
+  }
+
+  // 3. What it will cost
+  if (findings.missing.empty() && !is_start_known(experiment)) {
+    fmt::print(
+        "to come     The time of the calibration is not known until the films are tracked, because "
+        "no [[start]] is given\n");
+  } else if (findings.missing.empty()) {
+    try {
+      const calibrate::Problem problem = is_all_given
+                                             ? calibrate::make_problem(experiment, recordings)
+                                             : calibrate::plan_problem(experiment, recordings);
+      findings.doubtful.insert(
+          findings.doubtful.end(), problem.warnings.begin(), problem.warnings.end());
+      estimate(command, problem, findings);
+    } catch (const datasets::InputError& error) {
+      findings.missing.emplace_back(error.what());
+    }
+  }
+
+  // 4. Verdict
+  for (const std::string& sentence : findings.doubtful) fmt::print("doubtful: {}\n", sentence);
+  for (const std::string& sentence : findings.missing) fmt::print("missing: {}\n", sentence);
+  return findings;
+}
+
+std::filesystem::path folder_for(const CheckCommand& command, const Experiment& experiment) {
+  return command.common.out.empty() ? std::filesystem::path("out") / experiment.name
+                                    : command.common.out;
+}
+
+// All experiments of a joint calibration, one after the other.
+std::size_t look_at_all(const CheckCommand& command) {
+  const datasets::JointExperiment joint = datasets::load_joint_experiment(command.experiment);
+  fmt::print("{}: {} experiments, calibrated together\n", joint.common.title, joint.parts.size());
+  std::size_t missing = 0;
+  for (const datasets::JointPart& part : joint.parts) {
+    const std::string& name = part.experiment.name;
+    fmt::print("\n{} (weight {:.4g}): ", name, part.weight);
+    missing +=
+        look_at(command, part.experiment, folder_for(command, joint.common) / name).missing.size();
+  }
+  fmt::print("\nThe whole takes about the sum of the times above.\n");
+  return missing;
+}
+
+}  // namespace
+
+int run_check(const CheckCommand& command) {
+  std::size_t missing = 0;
+  if (datasets::is_joint(command.experiment)) {
+    missing = look_at_all(command);
+  } else {
+    const Experiment experiment = datasets::load_experiment(command.experiment);
+    missing = look_at(command, experiment, folder_for(command, experiment)).missing.size();
+  }
+  if (missing == 0) {
+    fmt::print("Ready: graintruth calibrate {}{}{}\n",
+               command.experiment.string(),
+               command.common.out.empty() ? "" : " --out " + command.common.out.string(),
+               command.budget > 0 ? fmt::format(" --budget {}", command.budget) : "");
+    return 0;
+  }
+  throw datasets::InputError(fmt::format("{}: not ready, {} thing(s) are missing; see the list.",
+                                         command.experiment.string(),
+                                         missing));
+}
+
+}  // namespace graintruth::app

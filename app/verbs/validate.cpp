@@ -1,0 +1,71 @@
+// graintruth validate: how well given parameters agree with the films; nothing is tuned.
+#include <fmt/format.h>
+
+#include "app/run/session.h"
+#include "app/run/side_by_side.h"
+#include "calibrate/result/result_files.h"
+#include "datasets/store/input_error.h"
+
+namespace graintruth::app {
+
+namespace {
+
+// Before anything is simulated for an agreement that never comes.
+void require_agreement_exists(const datasets::Experiment& experiment) {
+  const calibrate::Observables observables(experiment);
+  for (const auto& [place, weight] : observables.compared()) {
+    if (observables.all()[place]->gives_agreement()) return;
+  }
+  throw datasets::InputError(
+      fmt::format("{}: what is compared has no agreement in percent, which tracks and heap_height "
+                  "alone give; leave out --require-agreement.",
+                  experiment.file.string()));
+}
+
+}  // namespace
+
+int run_validate(const ValidateCommand& command) {
+  Session session("validate", command.common, command.experiment);
+  const calibrate::ParameterSet parameters = calibrate::load_parameters(
+      command.parameters, datasets::bench_parameters(session.experiment()));
+  if (command.require_agreement) require_agreement_exists(session.experiment());
+  session.track();
+  const calibrate::Problem problem = session.problem();
+  calibrate::Journal journal(session.folder().journal());
+  const auto ensemble = session.ensemble_of_all(problem, journal);
+  // 1. The same fraction of the time step as the calibration found, where the parameter file is its
+  // result
+  const calibrate::EvaluationPoint point{parameters,
+                                         calibrate::load_time_step_fraction(command.parameters)
+                                             .value_or(problem.largest_time_step_fraction())};
+  // 2. The score of the mean of fresh runs
+  const calibrate::Confirmed confirmed =
+      calibrate::confirm(problem,
+                         *ensemble,
+                         point,
+                         {.stage = "validation",
+                          .seed = command.common.seed,
+                          .runs = command.runs,
+                          .halved = problem.simulates_each_replicate() ? 1 : 0},
+                         [&](double) { return session.simulation_progress(); });
+  session.record().simulations_run = ensemble->simulated();
+  session.record().options = {{"runs", std::to_string(command.runs)}};
+  calibrate::Validation validation{.warnings = session.films().warnings};
+  calibrate::write_validation(session.folder(), problem, confirmed, session.seconds(), validation);
+  calibrate::write_journal_csv(session.folder().journal_csv(), journal);
+  if (!command.common.json) {
+    for (const std::string& line : validation.lines) fmt::print("{}\n", line);
+  }
+  draw_side_by_side(session, problem, point);
+  session.finish();
+  if (!command.require_agreement) return 0;
+  const double percent = validation.agreement_percent;
+  if (percent >= *command.require_agreement) return 0;
+  fmt::print(stderr,
+             "The agreement of {:.1f} % is below the required {:.1f} %.\n",
+             percent,
+             *command.require_agreement);
+  return 1;
+}
+
+}  // namespace graintruth::app

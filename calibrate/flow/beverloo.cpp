@@ -1,0 +1,102 @@
+#include "calibrate/flow/beverloo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace graintruth::calibrate {
+
+namespace {
+
+double exponent_of(BeverlooLaw law) { return law == BeverlooLaw::slot ? 1.5 : 2.5; }
+
+// What stands before C rho sqrt(g): 4 sqrt2 / pi for the slot (thesis eq 4.5).
+double factor_of(BeverlooLaw law) {
+  return law == BeverlooLaw::slot ? 4.0 * std::numbers::sqrt2 / std::numbers::pi : 1.0;
+}
+
+// Rate over C
+double unit_rate(BeverlooLaw law, const DischargeRate& at, double k, double gravity) {
+  const double free_width = std::max(0.0, at.orifice - k * at.particle_diameter);
+  return factor_of(law) * at.density * std::sqrt(gravity) * std::pow(free_width, exponent_of(law));
+}
+
+}  // namespace
+
+double beverloo_rate(BeverlooLaw law, const DischargeRate& at, double C, double k, double gravity) {
+  return C * unit_rate(law, at, k, gravity);
+}
+
+double beverloo_coefficient(BeverlooLaw law, const DischargeRate& at, double k, double gravity) {
+  return at.rate / unit_rate(law, at, k, gravity);
+}
+
+double thesis_coefficient(const DischargeRate& at, double k, double gravity) {
+  constexpr double centimetre = 0.01;
+  return beverloo_coefficient(BeverlooLaw::slot, at, k, gravity) /
+         (at.particle_diameter / centimetre);
+}
+
+LeastSquaresFit fit_beverloo(BeverlooLaw law,
+                             std::span<const DischargeRate> rates,
+                             double gravity) {
+  const bool weighted = std::all_of(rates.begin(), rates.end(), [](const DischargeRate& rate) {
+    return rate.standard_uncertainty > 0.0;
+  });
+  const auto residuals = [&](const Eigen::VectorXd& parameters) {
+    Eigen::VectorXd result(static_cast<Eigen::Index>(rates.size()));
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      const DischargeRate& at = rates[i];
+      const double miss = at.rate - beverloo_rate(law, at, parameters[0], parameters[1], gravity);
+      result[static_cast<Eigen::Index>(i)] =
+          miss / (weighted ? at.standard_uncertainty : at.density);
+    }
+    return result;
+  };
+  // From the straight line, whose zero may lie beyond the narrowest orifice
+  const BeverlooLine line = fit_beverloo_line(law, rates);
+  double narrowest = 1e300;
+  double diameter = 0.0;
+  for (const DischargeRate& at : rates) {
+    narrowest = std::min(narrowest, at.orifice / at.particle_diameter);
+    diameter += at.particle_diameter / static_cast<double>(rates.size());
+  }
+  const double k = std::min(line.zero / diameter, 0.9 * narrowest);
+  double C = 0.0;
+  for (const DischargeRate& at : rates)
+    C += beverloo_coefficient(law, at, k, gravity) / static_cast<double>(rates.size());
+  return fit_least_squares(
+      residuals, Eigen::Vector2d(C, k), weighted ? ResidualScale::known : ResidualScale::estimated);
+}
+
+BeverlooLine fit_beverloo_line(BeverlooLaw law, std::span<const DischargeRate> rates) {
+  const auto count = static_cast<double>(rates.size());
+  const auto root = [&](const DischargeRate& at) {
+    return std::pow(at.rate, 1.0 / exponent_of(law));
+  };
+  double mean_x = 0.0, mean_y = 0.0;
+  for (const DischargeRate& at : rates) {
+    mean_x += at.orifice / count;
+    mean_y += root(at) / count;
+  }
+  double xx = 0.0, xy = 0.0;
+  for (const DischargeRate& at : rates) {
+    xx += (at.orifice - mean_x) * (at.orifice - mean_x);
+    xy += (at.orifice - mean_x) * (root(at) - mean_y);
+  }
+  BeverlooLine line;
+  line.slope = xy / xx;
+  line.intercept = mean_y - line.slope * mean_x;
+  line.zero = -line.intercept / line.slope;
+  double square = 0.0;
+  for (const DischargeRate& at : rates)
+    square += std::pow(root(at) - line.intercept - line.slope * at.orifice, 2);
+  // First order in the errors of both coefficients: var(x0) = s^2/b^2 (1/n + (x0 - mean)^2 / Sxx)
+  const double variance = square / (count - 2.0);
+  line.zero_standard_error =
+      std::sqrt(variance * (1.0 / count + std::pow(line.zero - mean_x, 2) / xx)) /
+      std::abs(line.slope);
+  return line;
+}
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,28 @@
+// What one replicate shows, filmed, weighed or simulated: the one form in which experiment and
+// simulation meet, so that both are measured by the same functions. Any part may be missing.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datasets/imports/discharge_curve.h"
+#include "datasets/store/trajectories.h"
+
+namespace graintruth::datasets {
+
+// A quantity in time, or a single number without one.
+struct Curve {
+  std::vector<double> time;   // s from the start event, rising; empty: values have no time
+  std::vector<double> value;  // SI
+  std::vector<double> sigma;  // standard uncertainty of each; empty where none is known
+};
+
+struct Recording {
+  std::optional<Trajectories> tracks;       // grains as the camera sees them
+  std::optional<DischargeCurve> discharge;  // mass that has left
+  std::map<std::string, Curve> curves;      // by name, with the unit at its end: lid_force_n
+};
+
+}  // namespace graintruth::datasets

@@ -1,7 +1,0 @@
-#include "sim/engine_template.h"
-
-namespace graintruth::sim {
-
-template class Engine<2>;
-
-}  // namespace graintruth::sim

@@ -1,7 +1,0 @@
-#include "sim/engine_template.h"
-
-namespace graintruth::sim {
-
-template class Engine<3>;
-
-}  // namespace graintruth::sim

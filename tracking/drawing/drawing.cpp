@@ -1,0 +1,160 @@
+#include "tracking/drawing/drawing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <system_error>
+
+#include "datasets/store/input_error.h"
+
+namespace graintruth::tracking {
+
+using datasets::InputError;
+
+namespace {
+
+const cv::Scalar ink(30, 28, 26);
+
+// A name in the same folder that keeps the ending, by which OpenCV chooses the format.
+std::filesystem::path unfinished(const std::filesystem::path& file) {
+  std::filesystem::path result = file;
+  result.replace_filename(file.stem().string() + ".unfinished" + file.extension().string());
+  return result;
+}
+
+void publish(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  std::filesystem::rename(from, to, error);
+  if (error)
+    throw InputError(fmt::format("{}: cannot be written: {}", to.string(), error.message()));
+}
+
+}  // namespace
+
+const std::array<cv::Scalar, 6> particle_colours = {cv::Scalar(80, 255, 80),
+                                                    cv::Scalar(255, 200, 60),
+                                                    cv::Scalar(60, 220, 255),
+                                                    cv::Scalar(255, 90, 255),
+                                                    cv::Scalar(90, 130, 255),
+                                                    cv::Scalar(255, 255, 120)};
+
+cv::Point fixed(const Eigen::Vector2d& pixel) {
+  return {static_cast<int>(std::lround(pixel.x() * (1 << drawing_shift))),
+          static_cast<int>(std::lround(pixel.y() * (1 << drawing_shift)))};
+}
+
+void draw_line(cv::Mat& picture,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to,
+               const cv::Scalar& colour,
+               int thickness) {
+  cv::line(picture, fixed(from), fixed(to), colour, thickness, cv::LINE_AA, drawing_shift);
+}
+
+void fill_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const cv::Scalar& colour) {
+  std::vector<cv::Point> points;
+  for (const Eigen::Vector2d& at : outline) points.push_back(fixed(at));
+  cv::fillPoly(picture, std::vector{points}, 0.75 * colour, cv::LINE_AA, drawing_shift);
+  cv::polylines(picture, points, true, ink, 1, cv::LINE_AA, drawing_shift);
+}
+
+void draw_outline(cv::Mat& picture,
+                  const std::vector<Eigen::Vector2d>& outline,
+                  const DrawnBody& body) {
+  if (body.filled) {
+    fill_outline(picture, outline, body.colour);
+    return;
+  }
+  for (std::size_t k = 0; k < outline.size(); ++k)
+    draw_line(picture, outline[k], outline[(k + 1) % outline.size()], body.colour);
+}
+
+void draw_axis(cv::Mat& picture,
+               const Eigen::Vector2d& from,
+               const Eigen::Vector2d& to,
+               const DrawnBody& body) {
+  draw_line(picture, from, to, body.filled ? ink : body.colour, body.filled ? 2 : 1);
+}
+
+void draw_rig(cv::Mat& picture,
+              const Camera& camera,
+              const datasets::SeenRig& rig,
+              double time,
+              const cv::Scalar& colour,
+              int thickness) {
+  const auto draw = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    constexpr int pieces = 24;  // a lens bends straight lines
+    for (int i = 0; i < pieces; ++i) {
+      const Eigen::Vector2d a = from + (to - from) * i / pieces;
+      const Eigen::Vector2d b = from + (to - from) * (i + 1) / pieces;
+      draw_line(
+          picture, camera.project(a.x(), a.y()), camera.project(b.x(), b.y()), colour, thickness);
+    }
+  };
+  for (const datasets::Wall& wall : rig.walls)
+    draw({wall.from_x, wall.from_z}, {wall.to_x, wall.to_z});
+  if (const auto& face = rig.face) {
+    const double height = face->face_z + face->velocity_z * std::max(0.0, time);
+    draw({face->left_x, height}, {face->right_x, height});
+  }
+}
+
+void write_text(cv::Mat& picture,
+                const std::string& text,
+                const cv::Point& at,
+                double size,
+                const cv::Scalar& colour) {
+  cv::putText(
+      picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, colour, 1, cv::LINE_AA);
+}
+
+void write_still(const std::filesystem::path& file, const cv::Mat& picture, int quality) {
+  const std::filesystem::path temporary = unfinished(file);
+  bool written = false;
+  try {
+    written = cv::imwrite(temporary.string(), picture, {cv::IMWRITE_JPEG_QUALITY, quality});
+  } catch (const cv::Exception&) {
+    written = false;
+  }
+  if (!written) throw InputError(fmt::format("{}: the picture cannot be written", file.string()));
+  publish(temporary, file);
+}
+
+FilmWriter::FilmWriter(std::filesystem::path file, double frame_rate)
+    : file_(std::move(file)), frame_rate_(frame_rate) {}
+
+FilmWriter::~FilmWriter() {
+  if (!writer_.isOpened()) return;
+  writer_.release();
+  std::error_code ignored;
+  std::filesystem::remove(unfinished(file_), ignored);
+}
+
+void FilmWriter::write(const cv::Mat& picture) {
+  // H.264 needs even sizes; OpenCV would cut silently.
+  const cv::Mat even = picture(cv::Rect(0, 0, picture.cols & ~1, picture.rows & ~1));
+  if (!writer_.isOpened() && !writer_.open(unfinished(file_).string(),
+                                           cv::CAP_FFMPEG,
+                                           cv::VideoWriter::fourcc('a', 'v', 'c', '1'),
+                                           frame_rate_,
+                                           even.size())) {
+    throw InputError(fmt::format("{}: the film cannot be written (no H.264 encoder, or no room)",
+                                 file_.string()));
+  }
+  writer_.write(even);
+}
+
+void FilmWriter::finish() {
+  if (!writer_.isOpened()) return;
+  writer_.release();
+  publish(unfinished(file_), file_);
+}
+
+}  // namespace graintruth::tracking
