@@ -1,5 +1,7 @@
 #include "tests/app/laboratory.h"
 
+#include <gtest/gtest.h>
+
 #include <sstream>
 #include <stdexcept>
 
@@ -59,6 +61,7 @@ std::string with(std::string text, std::string_view from, std::string_view to) {
 
 std::string content_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
+  EXPECT_TRUE(stream) << file << " cannot be read";
   std::ostringstream content;
   content << stream.rdbuf();
   return std::move(content).str();
