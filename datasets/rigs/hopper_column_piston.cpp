@@ -14,9 +14,9 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
   const double depth = keys.quantity("column_depth", length_units, positive);
   const double slope = keys.quantity("slope_angle", angle_units, positive);
   const double height = keys.quantity("slope_height", length_units, positive);
+  // Without it every replicate states its own
   const auto speed = section.setting("piston_speed", speed_units, positive, rig);
   const double face = keys.optional_quantity("piston_start_z", length_units).value_or(0.0);
-  if (!speed && !section.is_of_a_replicate()) keys.quantity("piston_speed", speed_units, positive);
   if (slope >= 90.0 * radians_per_degree) {
     keys.fail(keys.has("slope_angle_deg") ? "slope_angle_deg" : "slope_angle_rad",
               "must be below 90 degrees (measured from the horizontal)");
@@ -26,7 +26,7 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
                {"column_right", half, -depth, half, 0.0},
                {"slope_left", -half, 0.0, -half - run, height},
                {"slope_right", half, 0.0, half + run, height}};
-  rig.moving_face = {.face_z = face, .left_x = -half, .right_x = half, .velocity_z = -*speed};
+  rig.moving_face = {.face_z = face, .left_x = -half, .right_x = half, .velocity_z = -speed.value_or(0.0)};
   follow_grains(context, rig);
 }
 

@@ -270,5 +270,22 @@ TEST(ReadParameterTable, KnowsItsNamesAndRefusesOthers) {
   EXPECT_THROW(read_parameter_table(folder.write("r.toml", "restitution = 0\n")), InputError);
 }
 
+// A setting that every replicate states need not stand in [rig]; one that nobody states is missing.
+TEST(LoadExperiment, APistonsSpeedMayBeThatOfEachReplicate) {
+  const std::string speed = "piston_speed_mm_per_s = 46";
+  EXPECT_CONTAINS(complaint_about(speed, ""), "'replicate.piston_speed");
+  const TemporaryFolder folder;
+  std::string text = bundled_text();
+  text.erase(text.find(speed), speed.size());
+  for (int i = 1; i <= 5; ++i) {
+    const std::string film = "video = \"rep" + std::to_string(i) + ".mp4\"\n";
+    folder.write("rep" + std::to_string(i) + ".mp4", "");
+    text.insert(text.find(film) + film.size(), speed + "\n");
+  }
+  const Experiment experiment = load_experiment(folder.write("experiment.toml", text));
+  for (const Replicate& replicate : experiment.replicates)
+    EXPECT_DOUBLE_EQ(replicate.rig.moving_face->velocity_z, -0.046);
+}
+
 }  // namespace
 }  // namespace graintruth::datasets
