@@ -371,11 +371,33 @@ void begin_from_own(const Experiment& experiment,
     spec.scene.leaves_below = replicate.rig.opening->z - experiment.particle.diameter;
 }
 
+// Whether nothing is there for a grain to touch once it lies below this height.
+bool falls_freely_below(double height, const datasets::SceneData& scene) {
+  if (scene.gravity.x() != 0.0 || scene.gravity.y() != 0.0 || !(scene.gravity.z() < 0.0))
+    return false;
+  return std::all_of(scene.walls.begin(), scene.walls.end(), [&](const datasets::SceneWall& wall) {
+    const datasets::SceneMotion& motion = wall.motion;
+    if (wall.kind == datasets::SceneWall::Kind::plane) return false;
+    if (!motion.velocity.isZero(0.0) || !motion.angular_velocity.isZero(0.0)) return false;
+    return std::all_of(wall.points.begin(), wall.points.end(), [&](const Eigen::Vector3d& point) {
+      return point.z() - wall.radius >= height;
+    });
+  });
+}
+
+// Grains that have left would fall faster and faster, until they move too far in any step.
+void take_out_what_left(const Experiment& experiment, datasets::SceneData& scene) {
+  if (!scene.exit_height || scene.leaves_below) return;
+  if (falls_freely_below(*scene.exit_height, scene))
+    scene.leaves_below = *scene.exit_height - experiment.particle.length;
+}
+
 // A rig that the grains are filled into, as long as it was recorded, if it does not say how long.
 void begin_from_filling(const Experiment& experiment,
                         const Condition& condition,
                         std::span<const Recording> recordings,
                         SimulationSpec& spec) {
+  take_out_what_left(experiment, spec.scene);
   datasets::ScenePhase& run = spec.scene.phases.back();
   if (run.duration > 0.0) return;
   double last = 0.0;
