@@ -5,14 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <mutex>
 #include <openturns/OT.hxx>
 #include <thread>
 
 #include "bench/calibrate/thread_seconds.h"
+#include "bench/calibrate/twin_rows.h"
 #include "bench/calibrate/twins.h"
 #include "calibrate/flow/median.h"
-#include "datasets/store/table.h"
 
 using namespace graintruth;
 using datasets::number_text;
@@ -53,11 +52,8 @@ double rank_correlation(const datasets::Experiment& soft, int jobs) {
 }
 
 std::vector<std::string> columns(const datasets::Experiment& experiment) {
-  std::vector<std::string> names = {"twin"};
-  for (const datasets::TunedParameter& parameter : experiment.tuned) {
-    for (const char* what : {"truth", "value", "lower", "upper", "status"})
-      names.push_back(fmt::format("{}_{}", parameter.name, what));
-  }
+  std::vector<std::string> names = bench::parameter_columns(experiment);
+  names.insert(names.begin(), "twin");
   for (const char* name : {"agreement_percent",
                            "agreement_at_truth_percent",
                            "evaluations",
@@ -89,16 +85,9 @@ std::vector<std::string> calibrate_twin(const datasets::Experiment& experiment,
   for (const calibrate::JournalRow& row : journal.rows()) processor += row.run.seconds;
   const double all = bench::thread_seconds() - started;
 
-  std::vector<std::string> cells = {std::to_string(number)};
-  for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
-    const auto& interval = parameter.interval;
-    cells.insert(cells.end(),
-                 {number_text(twin.truth.of(parameter.name)),
-                  number_text(parameter.value),
-                  interval ? number_text(interval->lower) : "",
-                  interval ? number_text(interval->upper) : "",
-                  std::string(name_of(parameter.status))});
-  }
+  std::vector<std::string> cells =
+      bench::parameter_cells(experiment, twin.truth, result.calibrated);
+  cells.insert(cells.begin(), std::to_string(number));
   const calibrate::ChannelComparison& agreement = *twin.problem.calibrated;
   cells.insert(cells.end(),
                {number_text(agreement.percent_inside(result.confirmed.calibrated_runs)),
@@ -119,21 +108,19 @@ double interval_score(double lower, double upper, double truth) {
 }
 
 void print_parameter(const datasets::Table& table, std::string_view name) {
-  const auto column = [&](const char* what) { return fmt::format("{}_{}", name, what); };
   int held = 0, without = 0;
   std::vector<double> widths, scores, errors;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const double truth = table.number(row, column("truth"));
-    errors.push_back(std::abs(table.number(row, column("value")) - truth));
-    if (table.text(row, column("lower")).empty()) {
+    const bench::ToldParameter told = bench::told_parameter(table, row, name);
+    errors.push_back(std::abs(told.value - told.truth));
+    if (!told.has_interval) {
       ++without;
       continue;
     }
-    const double lower = table.number(row, column("lower"));
-    const double upper = table.number(row, column("upper"));
-    held += lower <= truth && truth <= upper;
+    const auto& [lower, upper] = told.interval;
+    held += told.holds_truth();
     widths.push_back(upper - lower);
-    scores.push_back(interval_score(lower, upper, truth));
+    scores.push_back(interval_score(lower, upper, told.truth));
   }
   fmt::print(
       "{:28} {:3} of {} inside their interval ({} without one); median width {:.3f}, interval "
@@ -190,38 +177,13 @@ int main(int argc, char** argv) {
       rank_correlation(experiment, jobs));
   std::fflush(stdout);
 
-  // One row a twin, in the order of their numbers; those of an earlier run are kept
-  std::vector<std::vector<std::string>> rows(static_cast<std::size_t>(twins));
-  if (fs::exists(figures)) {
-    const datasets::Table kept = datasets::read_csv(figures);
-    for (std::size_t row = 0; row < kept.rows(); ++row) {
-      const int number = kept.integer(row, "twin");
-      if (number >= twins) continue;
-      for (const std::string& name : kept.columns())
-        rows[static_cast<std::size_t>(number)].push_back(kept.text(row, name));
-    }
-  }
-  std::mutex mutex;
-  const auto table = [&] {
-    datasets::Table done(columns(experiment));
-    for (const auto& row : rows) {
-      if (!row.empty()) done.add(row);
-    }
-    return done;
-  };
+  bench::TwinRows rows(figures, columns(experiment), twins);
   calibrate::parallel_for(twins, jobs, [&](int number) {
-    auto& row = rows[static_cast<std::size_t>(number)];
-    {
-      const std::lock_guard lock(mutex);
-      if (!row.empty()) return;
-    }
-    std::vector<std::string> cells = calibrate_twin(experiment, number, folder);
-    const std::lock_guard lock(mutex);
-    row = std::move(cells);
-    datasets::write_csv(figures, table());
+    if (rows.has(number)) return;
+    rows.keep(number, calibrate_twin(experiment, number, folder));
     fmt::print("twin {} done\n", number);
     std::fflush(stdout);
   });
-  print_summary(experiment, table());
+  print_summary(experiment, rows.table());
   return 0;
 }
