@@ -75,7 +75,7 @@ run_all() {
   [ -d "$films" ] || return 0
   once "$2/bin.done" calibrate "$1" "$2" bin 20
   once "$2/bin-validated.done" validate "$1" "$2" bin
-  once "$2/together.done" calibrate "$1" "$2" together 10
+  once "$2/together.done" calibrate "$1" "$2" together 20
 }
 
 git worktree prune
