@@ -213,7 +213,7 @@ void print_summary(const datasets::Experiment& experiment, const datasets::Table
   int all_held = 0, all_stated = 0;
   std::vector<char> any_friction(table.rows(), 0);
   for (const datasets::TunedParameter& tuned : experiment.tuned) {
-    int held = 0, stated = 0, identified = 0;
+    int held = 0, stated = 0, identified = 0, both_sides = 0;
     std::vector<double> widths;
     for (std::size_t row = 0; row < table.rows(); ++row) {
       const bench::ToldParameter told = bench::told_parameter(table, row, tuned.name);
@@ -234,17 +234,21 @@ void print_summary(const datasets::Experiment& experiment, const datasets::Table
       if (!told.has_interval) continue;
       ++stated;
       held += told.holds_truth();
+      both_sides += told.interval.lower > tuned.lower && told.interval.upper < tuned.upper;
       widths.push_back(told.interval.upper - told.interval.lower);
     }
     all_held += held;
     all_stated += stated;
     print_share(tuned.name, held, stated);
-    fmt::print("{:36} identified in {} of {} twins, median width {:.3f} of a range of {:.3f}\n",
-               "",
-               identified,
-               table.rows(),
-               widths.empty() ? 0.0 : calibrate::median(widths),
-               tuned.upper - tuned.lower);
+    fmt::print(
+        "{:36} identified in {} of {} twins, bounded on both sides in {}; median width {:.3f} of a "
+        "range of {:.3f}\n",
+        "",
+        identified,
+        table.rows(),
+        both_sides,
+        widths.empty() ? 0.0 : calibrate::median(widths),
+        tuned.upper - tuned.lower);
   }
   print_share("all parameters", all_held, all_stated);
   double simulating = 0.0, all = 0.0;
