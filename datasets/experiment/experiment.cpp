@@ -6,16 +6,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "datasets/experiment/replicates.h"
-#include "datasets/store/input_error.h"
+#include "datasets/experiment/tuned_parameters.h"
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/rigs/rig_kind.h"
 #include "datasets/scene/scene_particle.h"
+#include "datasets/store/input_error.h"
 #include "datasets/store/toml_section.h"
-#include "datasets/experiment/tuned_parameters.h"
 
 namespace graintruth::datasets {
 
@@ -62,6 +63,25 @@ Material read_material(TomlSection section) {
   return material;
 }
 
+// What the scene has of a parameter. Where walls differ, a parameter of all walls has what most of
+// them have; those of single walls tell the others.
+std::optional<double> scene_value(const ParameterKind& kind, const SceneData& scene) {
+  if (const auto value = kind.value_in("", scene)) return value;
+  for (const ParameterKind* of_a_wall : parameter_kinds()) {
+    if (!of_a_wall->is_of_a_wall || of_a_wall->same_as != kind.name) continue;
+    std::map<double, int> walls;
+    for (const SceneWall& wall : scene.walls) {
+      if (const auto value = of_a_wall->value_in(wall.name, scene)) ++walls[*value];
+    }
+    const auto most =
+        std::max_element(walls.begin(), walls.end(), [](const auto& a, const auto& b) {
+          return a.second < b.second;
+        });
+    if (most != walls.end()) return most->first;
+  }
+  return std::nullopt;
+}
+
 // Of a rig that brings its grains: what its scene says, where the file does not.
 Material material_of(const SceneData& scene, std::optional<TomlSection> section) {
   Material material;
@@ -82,12 +102,15 @@ Material material_of(const SceneData& scene, std::optional<TomlSection> section)
   }
   for (const std::string& name : names) {
     const Parameter parameter = parameter_named(name);
-    const auto value = parameter.kind->value_in(parameter.wall, scene);
-    if (!value || material.stated(name) || parameter.kind->stated_in != nullptr) continue;
+    const ParameterKind& kind = *parameter.kind;
+    const auto value =
+        kind.is_of_a_wall ? kind.value_in(parameter.wall, scene) : scene_value(kind, scene);
+    if (!value || material.stated(name) || kind.stated_in != nullptr) continue;
     // What surfaces in general have says nothing of one wall
-    const std::string_view general = parameter.kind->same_as;
-    if (!general.empty() && parameter_named(general).kind->value_in("", scene) == value) continue;
-    if (!parameter.kind->is_always_stated && *value == parameter.kind->neutral) continue;
+    if (!kind.same_as.empty() && scene_value(*parameter_named(kind.same_as).kind, scene) == value)
+      continue;
+    // Of one wall also none at all, where the others have some
+    if (!kind.is_always_stated && !kind.is_of_a_wall && *value == kind.neutral) continue;
     material.bench.emplace_back(name, BenchValue{*value, 0.0});
   }
   return material;
@@ -186,6 +209,24 @@ ParameterSet bench_parameters(const Experiment& experiment) {
   return parameters;
 }
 
+namespace {
+
+// Bench values of walls that are not there.
+void require_walls(const TomlSection& section, const Experiment& experiment) {
+  for (const auto& [name, bench] : experiment.material.bench) {
+    const std::string wall = parameter_named(name).wall;
+    if (wall.empty() || has_wall(experiment.rig.scene, wall)) continue;
+    std::vector<std::string> walls;
+    for (const SceneWall& one : experiment.rig.scene.walls) walls.push_back(one.name);
+    section.fail(
+        name,
+        fmt::format(
+            "is of a wall '{}', but the walls of the rig are {}", wall, fmt::join(walls, ", ")));
+  }
+}
+
+}  // namespace
+
 std::string experiment_name(const std::filesystem::path& file) {
   return file.stem() == "experiment" && file.has_parent_path()
              ? std::filesystem::absolute(file).parent_path().filename().string()
@@ -227,7 +268,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
     if (rig) {
       experiment.rig = read_rig(*rig, nullptr, context);
       TomlSection particle = root.section("particle");
-      require_one_layer(particle, experiment.particle.model);
+      if (experiment.rig.scene.is_planar) require_one_layer(particle, experiment.particle.model);
     }
   }
   experiment.starts = read_starts(root, experiment.particle.count);
@@ -236,6 +277,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   experiment.replicates = read_replicates(root, folder, purpose, [&](TomlSection& replicate) {
     return rig ? read_rig(root.section("rig"), &replicate, context) : Rig{};
   });
+  if (rig && root.has("material")) require_walls(root.section("material"), experiment);
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();
   // A camera is only needed by those who filmed.

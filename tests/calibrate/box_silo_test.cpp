@@ -75,6 +75,11 @@ TEST_F(BoxSilo, KeepsEveryGrainUntilTheSlotOpensAndEmptiesTheFasterTheWider) {
   EXPECT_LT(left[0], left[1]);
 }
 
+TEST_F(BoxSilo, TakesGrainsOfThreeDimensions) {
+  EXPECT_EQ(complaint(silo({{"{x_mm = 3, radius_mm = 4}", "{x_mm = 3, y_mm = 2, radius_mm = 4}"}})),
+            "");
+}
+
 TEST_F(BoxSilo, ThatCannotBeIsRefusedInOneSentence) {
   const auto expect_refusal = [&](const std::string& text, std::vector<std::string> parts) {
     const std::string said = complaint(text);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "datasets/parameters/apply.h"
 #include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
@@ -285,6 +286,56 @@ TEST(LoadExperiment, APistonsSpeedMayBeThatOfEachReplicate) {
   const Experiment experiment = load_experiment(folder.write("experiment.toml", text));
   for (const Replicate& replicate : experiment.replicates)
     EXPECT_DOUBLE_EQ(replicate.rig.moving_face->velocity_z, -0.046);
+}
+
+TEST(LoadExperiment, ABenchValueOfAWallThatIsNotThereIsRefused) {
+  EXPECT_CONTAINS(
+      complaint_about("restitution = 0.83", "restitution = 0.83\nfriction_particle_lid = 0.2"),
+      "'material.friction_particle_lid' is of a wall 'lid', but the walls of the rig are "
+      "column_left");
+}
+
+// A gate of a material of its own keeps its friction, even none, and the friction with walls moves
+// all other walls.
+TEST(LoadExperiment, AWallOfAnotherMaterialIsTheOnlyOneThatDoesNotFollow) {
+  for (const double own : {0.0, 0.1}) {
+    const TemporaryFolder folder;
+    std::ifstream stream(GRAINTRUTH_SOURCE_DIR "/app/new/scene/box.toml");
+    std::string text(std::istreambuf_iterator<char>(stream), {});
+    const auto gate = text.find("name = \"gate\"");
+    const std::string wall = "material = \"wall\"";
+    text.replace(text.find(wall, gate), wall.size(), "material = \"felt\"");
+    text +=
+        "\n[[material]]\nname = \"felt\"\nrigid = true\n[[surfaces]]\nfirst = \"ball\"\n"
+        "second = \"felt\"\nfriction = " +
+        std::to_string(own) + "\nrestitution = 0.7\n";
+    folder.write("box.toml", text);
+    folder.write("cell.csv", "");
+    const Experiment experiment =
+        load_experiment(folder.write("experiment.toml", R"(title = "A gate"
+[rig]
+kind = "scene"
+scene = "box.toml"
+[tune]
+friction_particle_wall = {}
+[[replicate]]
+name = "a"
+discharge = "cell.csv"
+[[replicate]]
+name = "b"
+discharge = "cell.csv"
+)"));
+    EXPECT_EQ(bench_value(experiment, "friction_particle_wall").value, 0.3);
+    ParameterSet parameters = bench_parameters(experiment);
+    ASSERT_TRUE(parameters.has("friction_particle_gate"));
+    EXPECT_EQ(parameters.of("friction_particle_gate"), own);
+    EXPECT_FALSE(parameters.has("friction_particle_floor_left"));
+    SceneData scene = experiment.rig.scene;
+    parameters.set("friction_particle_wall", 0.55);
+    apply_parameters(parameters, scene);
+    EXPECT_EQ(on_wall("floor_left", scene, &SceneSurfaces::friction), 0.55);
+    EXPECT_EQ(on_wall("gate", scene, &SceneSurfaces::friction), own);
+  }
 }
 
 }  // namespace
