@@ -18,6 +18,7 @@ EXEMPT = {
         (".*", r"result\.json", r"/wall_time_s|/time_step/study/\d+/cpu_seconds"),
         (".*", "tables", "evaluations/seconds"),
     ],
+    "words of warnings": [(".*", r"result\.json", r"/warnings/\d+")],
     # Simulated by `reproduce` alone
     "the frictions of the thesis's figure 4.4": [
         (".*", r"journal\.csv", "before: friction"),
