@@ -8,11 +8,11 @@
 
 #include "calibrate/engines/scene_build.h"
 #include "calibrate/observables/moments.h"
-#include "datasets/store/input_error.h"
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/rigs/followed_grains.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/input_error.h"
 #include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
@@ -79,7 +79,8 @@ void check_observables(const Problem& problem) {
         lacking.push_back(problem.experiment.replicates[i].name);
     }
     // A law is of all conditions together
-    if (lacking.empty() || problem.all->rule_of(observable.name()) != nullptr) continue;
+    if (lacking.empty() || (problem.all && problem.all->rule_of(observable.name()) != nullptr))
+      continue;
     throw InputError(fmt::format("{}: '{}' cannot be compared: {} {} no such data. It needs {}.",
                                  problem.experiment.file.string(),
                                  observable.name(),
@@ -517,6 +518,14 @@ bool anything_is_measured(const Problem& problem) {
 void compare(Problem& problem) {
   const Experiment& experiment = problem.experiment;
   const auto refuse_scatter = [&] {
+    for (const Condition& condition : problem.conditions) {
+      if (condition.held_out || condition.replicates.size() < 2) continue;
+      throw InputError(fmt::format(
+          "{}: The replicates of a condition do not differ, or not in anything that is compared. "
+          "Give independent recordings: the scatter between them is the measure of every "
+          "difference.",
+          experiment.file.string()));
+    }
     throw InputError(fmt::format(
         "{}: No condition used for calibration has two replicates. Add one: the scatter between "
         "replicates is the measure of every difference.",
@@ -525,7 +534,10 @@ void compare(Problem& problem) {
   try {
     problem.all = comparison_of(problem, true, datasets::ObjectiveForm::smooth);
   } catch (const std::invalid_argument&) {
-    if (anything_is_measured(problem)) refuse_scatter();
+    if (anything_is_measured(problem)) {
+      check_observables(problem);
+      refuse_scatter();
+    }
     const Observable& observable = *problem.observables->all().front();
     throw InputError(fmt::format("{}: nothing can be compared; '{}' takes {}.",
                                  experiment.file.string(),

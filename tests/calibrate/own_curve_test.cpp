@@ -120,6 +120,12 @@ TEST(OwnCurve, NumbersAndCurvesOfOneQuantityAreRefused) {
     EXPECT_NE(said.find(part), std::string::npos) << said;
 }
 
+TEST(OwnCurve, ReplicatesThatAreEqualToTheLastDigitAreRefused) {
+  const ForceExperiment made(settings(), {"force_n\n1.15\n", "force_n\n1.15\n"});
+  EXPECT_NE(made.complaint(engine).find("do not differ"), std::string::npos)
+      << made.complaint(engine);
+}
+
 TEST(OwnCurve, AnotherRuleIsRefused) {
   const ForceExperiment made(settings("at = \"start\""), {"force_n\n1\n", "force_n\n2\n"});
   const std::string said = made.complaint(engine);
