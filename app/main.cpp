@@ -11,8 +11,8 @@
 #include "app/run/command_line_text.h"
 #include "app/verbs/commands.h"
 #include "calibrate/calibration.h"
-#include "datasets/store/input_error.h"
 #include "datasets/rigs/rig_kind.h"
+#include "datasets/store/input_error.h"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include <tuple>
 
 #include "calibrate/observables/channel_archive.h"
-#include "datasets/store/input_error.h"
 #include "datasets/parameters/parameter_archive.h"
 #include "datasets/store/archive.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::calibrate {
 

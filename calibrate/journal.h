@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/engines/simulation_spec.h"
 #include "calibrate/compare/simulated_run.h"
+#include "calibrate/engines/simulation_spec.h"
 #include "datasets/store/table.h"
 
 namespace graintruth::calibrate {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "datasets/store/input_error.h"
 #include "datasets/parameters/parameter.h"
+#include "datasets/store/input_error.h"
 #include "datasets/store/run_folder.h"
 
 namespace graintruth::calibrate {

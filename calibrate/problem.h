@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calibrate/compare/channel_comparison.h"
+#include "calibrate/compare/start_poses.h"
 #include "calibrate/engines/engine.h"
 #include "calibrate/ensemble.h"
-#include "calibrate/compare/start_poses.h"
 #include "datasets/experiment/experiment.h"
 #include "datasets/experiment/recording.h"
 

@@ -3,8 +3,8 @@
 #include "datasets/store/input_error.h"
 #include "reports/page/assets.h"
 #include "reports/page/page.h"
-#include "reports/sections/reproduction.h"
 #include "reports/page/run_data.h"
+#include "reports/sections/reproduction.h"
 #include "reports/sections/sections.h"
 
 namespace graintruth::reports {

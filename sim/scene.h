@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "sim/shapes/clump.h"
 #include "sim/laws/material.h"
-#include "sim/types.h"
+#include "sim/shapes/clump.h"
 #include "sim/shapes/walls.h"
+#include "sim/types.h"
 
 namespace graintruth::sim {
 

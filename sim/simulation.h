@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "sim/scene.h"
 #include "sim/engine/snapshot.h"
 #include "sim/engine/state.h"
 #include "sim/laws/time_step.h"
+#include "sim/scene.h"
 
 namespace graintruth::sim {
 

@@ -9,8 +9,8 @@
 
 #include "datasets/store/table.h"
 #include "datasets/store/trajectories.h"
-#include "tracking/view/film_camera.h"
 #include "tracking/tracking_summary.h"
+#include "tracking/view/film_camera.h"
 
 namespace graintruth::tracking {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
-#include "tracking/film/corrections.h"
 #include "tracking/drawing/overlay.h"
+#include "tracking/film/corrections.h"
 #include "tracking/film/video.h"
 
 namespace graintruth::tracking {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "datasets/store/input_error.h"
 #include "datasets/parameters/parameter.h"
+#include "datasets/store/input_error.h"
 #include "reports/page/run_data.h"
 #include "sim/laws/time_step.h"
 

@@ -7,8 +7,8 @@
 
 #include "calibrate/parameters.h"
 #include "datasets/store/run_folder.h"
-#include "sim/shapes/clump.h"
 #include "sim/laws/material.h"
+#include "sim/shapes/clump.h"
 
 namespace graintruth::app {
 

@@ -2,8 +2,8 @@
 
 #include <cstdlib>
 
-#include "datasets/store/input_error.h"
 #include "datasets/scene/scene_file.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::app {
 namespace {

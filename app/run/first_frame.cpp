@@ -8,9 +8,9 @@
 
 #include "datasets/store/input_error.h"
 #include "tracking/drawing/drawing.h"
+#include "tracking/film/video.h"
 #include "tracking/registry.h"
 #include "tracking/view/scale.h"
-#include "tracking/film/video.h"
 
 namespace graintruth::app {
 

@@ -7,8 +7,8 @@
 
 #include "datasets/imports/curve_files.h"
 #include "datasets/imports/discharge_curve.h"
-#include "datasets/store/input_error.h"
 #include "datasets/imports/track_files.h"
+#include "datasets/store/input_error.h"
 #include "tracking/bodies/link.h"
 
 namespace graintruth::app {

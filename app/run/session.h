@@ -6,10 +6,10 @@
 #include <memory>
 #include <span>
 
-#include "app/verbs/commands.h"
 #include "app/run/films.h"
 #include "app/run/made_folders.h"
 #include "app/run/run_record.h"
+#include "app/verbs/commands.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 

@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "app/scenes/wall_patches.h"
-#include "datasets/store/input_error.h"
 #include "datasets/scene/particle_files.h"
+#include "datasets/store/input_error.h"
 #include "datasets/store/table.h"
 #include "datasets/store/trajectories.h"
 

@@ -10,8 +10,8 @@
 #include "app/thesis/button.h"
 #include "app/thesis/printed_rates.h"
 #include "app/thesis/targets.h"
-#include "calibrate/flow/beverloo.h"
 #include "calibrate/compare/hypothesis_tests.h"
+#include "calibrate/flow/beverloo.h"
 #include "calibrate/flow/kinematic.h"
 
 namespace graintruth::app {

@@ -8,8 +8,8 @@
 #include "app/thesis/targets.h"
 #include "calibrate/compare/agreement.h"
 #include "calibrate/compare/hypothesis_tests.h"
-#include "sim/shapes/clump.h"
 #include "sim/laws/time_step.h"
+#include "sim/shapes/clump.h"
 
 namespace graintruth::app {
 

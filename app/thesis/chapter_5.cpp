@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "app/thesis/targets.h"
-#include "sim/shapes/profile.h"
 #include "sim/laws/time_step.h"
+#include "sim/shapes/profile.h"
 
 namespace graintruth::app {
 

@@ -7,11 +7,11 @@
 
 #include "app/run/data_folder.h"
 #include "app/run/interrupt.h"
-#include "app/thesis/targets.h"
 #include "app/scenes/scene_picture.h"
+#include "app/thesis/targets.h"
 #include "calibrate/engines/scene_run.h"
-#include "datasets/store/run_folder.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::app {
 

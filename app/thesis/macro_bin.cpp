@@ -8,8 +8,8 @@
 #include "app/thesis/macro_figures.h"
 #include "app/thesis/printed_rates.h"
 #include "app/thesis/targets.h"
-#include "calibrate/flow/beverloo.h"
 #include "calibrate/compare/hypothesis_tests.h"
+#include "calibrate/flow/beverloo.h"
 
 namespace graintruth::app {
 

@@ -8,13 +8,13 @@
 
 #include "app/run/data_folder.h"
 #include "app/run/interrupt.h"
-#include "app/thesis/button.h"
 #include "app/scenes/scene_files.h"
-#include "calibrate/flow/bulk_measure.h"
+#include "app/thesis/button.h"
 #include "calibrate/engines/scene_run.h"
 #include "calibrate/ensemble.h"
-#include "datasets/store/run_folder.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::app {
 

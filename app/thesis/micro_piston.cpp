@@ -14,16 +14,16 @@
 
 #include "app/run/data_folder.h"
 #include "app/run/interrupt.h"
-#include "app/thesis/targets.h"
 #include "app/scenes/scene_files.h"
+#include "app/thesis/targets.h"
 #include "calibrate/compare/agreement.h"
 #include "calibrate/engines/scene_run.h"
 #include "calibrate/observables/track_results.h"
 #include "calibrate/problem.h"
-#include "datasets/store/input_error.h"
 #include "datasets/rigs/followed_grains.h"
-#include "datasets/store/run_folder.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::app {
 
@@ -65,8 +65,7 @@ datasets::Experiment experiment_in(const ThesisData& thesis, const calibrate::Sc
   const sim::Clump& clump = bed.scene.types[bed.scene.bodies.front().type];
   datasets::SceneParticle model = datasets::load_scene(scene_of_rig()).particles.front();
   model.mass = clump.mass;
-  experiment.particle =
-      datasets::particle_of(model, static_cast<int>(bed.scene.bodies.size()));
+  experiment.particle = datasets::particle_of(model, static_cast<int>(bed.scene.bodies.size()));
   datasets::Rig& rig = experiment.rig;
   rig.scene.is_planar = true;
   for (const datasets::SceneWall& wall : datasets::load_scene(scene_of_rig()).walls) {

@@ -15,8 +15,8 @@
 #include <numeric>
 
 #include "app/run/data_folder.h"
-#include "app/scenes/hopper_measures.h"
 #include "app/run/interrupt.h"
+#include "app/scenes/hopper_measures.h"
 #include "app/thesis/row.h"
 #include "app/thesis/shape_pictures.h"
 #include "calibrate/engines/scene_run.h"

@@ -9,8 +9,8 @@
 #include <map>
 
 #include "calibrate/ensemble.h"
-#include "datasets/store/run_folder.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::app {
 

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/interrupt.h"
-#include "calibrate/ensemble.h"
 #include "calibrate/compare/simulated_run.h"
+#include "calibrate/ensemble.h"
 #include "datasets/store/run_folder.h"
 
 namespace graintruth::app {

@@ -7,14 +7,14 @@
 #include <array>
 #include <cmath>
 
-#include "app/verbs/commands.h"
 #include "app/run/first_frame.h"
 #include "app/run/given_data.h"
+#include "app/verbs/commands.h"
 #include "calibrate/calibration.h"
 #include "calibrate/engines/scene_build.h"
 #include "calibrate/parameters.h"
-#include "datasets/store/input_error.h"
 #include "datasets/experiment/joint_experiment.h"
+#include "datasets/store/input_error.h"
 #include "datasets/store/run_folder.h"
 #include "tracking/film/recording.h"
 

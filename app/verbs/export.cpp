@@ -7,15 +7,15 @@
 #include <kainjow/mustache.hpp>
 #include <numbers>
 
-#include "app/run/assets.h"
-#include "app/verbs/commands.h"
 #include "app/export/engine_laws.h"
 #include "app/export/exported_run.h"
+#include "app/run/assets.h"
 #include "app/run/made_folders.h"
-#include "datasets/store/input_error.h"
-#include "datasets/parameters/parameter.h"
-#include "datasets/store/table.h"
+#include "app/verbs/commands.h"
 #include "datasets/imports/track_files.h"
+#include "datasets/parameters/parameter.h"
+#include "datasets/store/input_error.h"
+#include "datasets/store/table.h"
 #include "reports/page/run_data.h"
 #include "reports/page/words.h"
 #include "sim/simulation.h"

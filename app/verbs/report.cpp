@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "app/verbs/commands.h"
 #include "app/run/pdf.h"
+#include "app/verbs/commands.h"
 
 namespace graintruth::app {
 

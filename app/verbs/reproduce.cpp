@@ -7,16 +7,16 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "app/verbs/commands.h"
 #include "app/run/data_folder.h"
 #include "app/run/interrupt.h"
 #include "app/run/made_folders.h"
+#include "app/run/run_record.h"
 #include "app/thesis/results.h"
 #include "app/thesis/targets.h"
-#include "app/run/run_record.h"
+#include "app/verbs/commands.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/store/input_error.h"
 #include "datasets/store/run_folder.h"
-#include "datasets/store/fingerprint.h"
 #include "reports/report.h"
 
 namespace graintruth::app {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "app/verbs/commands.h"
 #include "app/run/data_folder.h"
 #include "app/run/interrupt.h"
 #include "app/run/made_folders.h"
@@ -13,9 +12,10 @@
 #include "app/scenes/scene_files.h"
 #include "app/scenes/scene_picture.h"
 #include "app/scenes/scene_povray.h"
+#include "app/verbs/commands.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/store/input_error.h"
 #include "datasets/store/run_folder.h"
-#include "datasets/store/fingerprint.h"
 
 namespace graintruth::app {
 

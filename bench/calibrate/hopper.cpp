@@ -9,8 +9,8 @@
 
 #include "bench/calibrate/thread_seconds.h"
 #include "calibrate/observables/discharge.h"
-#include "datasets/store/run_folder.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::bench {
 

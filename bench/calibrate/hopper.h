@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/ensemble.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "sim/simulation.h"
 
 namespace graintruth::bench {

@@ -13,8 +13,8 @@
 
 #include "bench/calibrate/curve_comparison.h"
 #include "bench/calibrate/hopper.h"
-#include "calibrate/search/optimiser.h"
 #include "calibrate/knowledge/uncertainty.h"
+#include "calibrate/search/optimiser.h"
 #include "datasets/store/run_folder.h"
 #include "datasets/store/table.h"
 
@@ -32,8 +32,9 @@ constexpr double target = 5.0;               // percentage points of all mass
 constexpr double restitution = 0.7;          // -; not tuned, and not measured: a choice
 constexpr double time_step_fraction = 0.3;   // of the Rayleigh step
 
-// calibrate/search/search.h takes more than forty simulations for its time step gate, the ends of its
-// intervals and its choice by fresh seeds; with so few as these it is its design and its optimiser.
+// calibrate/search/search.h takes more than forty simulations for its time step gate, the ends of
+// its intervals and its choice by fresh seeds; with so few as these it is its design and its
+// optimiser.
 constexpr int design_evaluations = 2;
 constexpr int proposals = 3;
 constexpr int plane_evaluations = 1000;  // of a local search on planes

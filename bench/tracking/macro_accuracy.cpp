@@ -137,9 +137,9 @@ Figures compare(const datasets::Trajectories& tracks,
   return f;
 }
 
-// What stands still in a smeared film against the truth, both by the rule of datasets/imports/stagnant.h:
-// the boundary's height in each frame and column beside the orifice, the median height of each
-// column while the bed discharges, and the places themselves.
+// What stands still in a smeared film against the truth, both by the rule of
+// datasets/imports/stagnant.h: the boundary's height in each frame and column beside the orifice,
+// the median height of each column while the bed discharges, and the places themselves.
 struct StagnantFigures {
   double median = 0.0, mean = 0.0;  // m, of the heights' errors
   double within = 0.0;              // share of them within a particle diameter

@@ -19,14 +19,14 @@
 
 #include "datasets/store/table.h"
 #include "tracking/bodies/assignment.h"
+#include "tracking/bodies/linked_tracks.h"
+#include "tracking/bodies/spots.h"
+#include "tracking/film/recording.h"
+#include "tracking/film/video.h"
+#include "tracking/registry.h"
+#include "tracking/track_film.h"
 #include "tracking/view/chessboard.h"
 #include "tracking/view/film_camera.h"
-#include "tracking/bodies/linked_tracks.h"
-#include "tracking/film/recording.h"
-#include "tracking/registry.h"
-#include "tracking/bodies/spots.h"
-#include "tracking/track_film.h"
-#include "tracking/film/video.h"
 
 using namespace graintruth;
 using tracking::Spot;

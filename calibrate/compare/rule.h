@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "calibrate/compare/objective.h"
-#include "calibrate/observables/channel.h"
 #include "calibrate/compare/simulated_run.h"
+#include "calibrate/observables/channel.h"
 
 namespace graintruth::calibrate {
 

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "datasets/store/input_error.h"
-#include "sim/shapes/profile.h"
 #include "sim/laws/restitution.h"
+#include "sim/shapes/profile.h"
 
 namespace graintruth::calibrate {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "datasets/scene/scene_file.h"
-#include "sim/simulation.h"
 #include "sim/shapes/surface_error.h"
+#include "sim/simulation.h"
 
 namespace graintruth::calibrate {
 

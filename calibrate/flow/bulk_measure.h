@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "calibrate/flow/kinematic.h"
-#include "datasets/imports/discharge_curve.h"
 #include "datasets/experiment/experiment.h"
+#include "datasets/imports/discharge_curve.h"
 #include "datasets/imports/stagnant.h"
 #include "datasets/store/trajectories.h"
 
@@ -107,9 +107,10 @@ VelocityProfile measure_profile(const datasets::Trajectories& tracks,
                                 double from,
                                 double to);
 
-// What stood still between two frames (datasets/imports/stagnant.h). A place is that of the particle whose
-// centre is nearest, or of none where that is more than 0.6 diameters away; a particle that is not
-// seen in both frames moves. `height` (m) of the bin, as far as it is looked at.
+// What stood still between two frames (datasets/imports/stagnant.h). A place is that of the
+// particle whose centre is nearest, or of none where that is more than 0.6 diameters away; a
+// particle that is not seen in both frames moves. `height` (m) of the bin, as far as it is looked
+// at.
 datasets::StagnantMap measure_stagnant(const datasets::Trajectories& tracks,
                                        const BulkRig& rig,
                                        double height,

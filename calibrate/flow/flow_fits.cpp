@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calibrate/flow/beverloo.h"
 #include "calibrate/compare/hypothesis_tests.h"
+#include "calibrate/flow/beverloo.h"
 
 namespace graintruth::calibrate {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "calibrate/knowledge/calibrated_parameter.h"
-#include "calibrate/parameters.h"
 #include "calibrate/knowledge/posterior.h"
+#include "calibrate/parameters.h"
 
 namespace graintruth::calibrate {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/search/surrogate.h"
 #include "calibrate/knowledge/uncertainty.h"
+#include "calibrate/search/surrogate.h"
 
 namespace graintruth::calibrate {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calibrate/compare/comparison.h"
-#include "calibrate/search/emulator.h"
 #include "calibrate/knowledge/prior.h"
+#include "calibrate/search/emulator.h"
 #include "calibrate/search/surrogate.h"
 
 namespace graintruth::calibrate {

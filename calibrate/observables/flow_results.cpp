@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calibrate/compare/hypothesis_tests.h"
 #include "calibrate/compare/pooled_rule.h"
 #include "calibrate/flow/flow_fits.h"
-#include "calibrate/compare/hypothesis_tests.h"
 #include "calibrate/observables/discharge.h"
 #include "datasets/imports/stagnant.h"
 

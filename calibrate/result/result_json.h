@@ -2,8 +2,8 @@
 // this folder alone.
 #pragma once
 
-#include "calibrate/search/evaluation_table.h"
 #include "calibrate/result/results.h"
+#include "calibrate/search/evaluation_table.h"
 #include "calibrate/search/search.h"
 #include "datasets/store/run_folder.h"
 

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/knowledge/sensitivity.h"
 #include "calibrate/search/choice.h"
 #include "calibrate/search/proposals.h"
 #include "calibrate/search/reach.h"
-#include "calibrate/knowledge/sensitivity.h"
 
 namespace graintruth::calibrate {
 

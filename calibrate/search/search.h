@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/search/best_by_objective.h"
-#include "calibrate/knowledge/calibrated_parameter.h"
 #include "calibrate/ensemble.h"
+#include "calibrate/knowledge/calibrated_parameter.h"
 #include "calibrate/knowledge/identifiability.h"
-#include "calibrate/search/optimiser.h"
 #include "calibrate/knowledge/posterior.h"
+#include "calibrate/search/best_by_objective.h"
+#include "calibrate/search/optimiser.h"
 #include "calibrate/search/self_test.h"
 #include "calibrate/search/time_step_gate.h"
 

@@ -13,9 +13,9 @@
 
 #include "datasets/experiment/camera.h"
 #include "datasets/experiment/particle.h"
+#include "datasets/imports/track_files.h"
 #include "datasets/parameters/parameter_set.h"
 #include "datasets/rigs/rig.h"
-#include "datasets/imports/track_files.h"
 
 namespace graintruth::datasets {
 

@@ -4,10 +4,10 @@
 
 #include <set>
 
+#include "datasets/experiment/tuned_parameters.h"
 #include "datasets/parameters/apply.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/store/toml_section.h"
-#include "datasets/experiment/tuned_parameters.h"
 
 namespace graintruth::datasets {
 

@@ -33,12 +33,12 @@ struct Particle {
   double mass = 0.0;    // kg, of one
   SceneParticle model;  // what is simulated for one, its long axis along x
   // In the picture plane
-  double diameter = 0.0;                 // m, of a disc of the area that is seen
-  double seen_area = 0.0;                // m2
-  double length = 0.0;                   // m, of the long axis
-  double half_width = 0.0;               // m, half of its extent across that
-  double thickness = 0.0;                // m, across the panes
-  bool shows_angle = true;               // how it is turned can be seen
+  double diameter = 0.0;             // m, of a disc of the area that is seen
+  double seen_area = 0.0;            // m2
+  double length = 0.0;               // m, of the long axis
+  double half_width = 0.0;           // m, half of its extent across that
+  double thickness = 0.0;            // m, across the panes
+  bool shows_angle = true;           // how it is turned can be seen
   std::vector<AxialSphere> spheres;  // where balls on the long axis make it up; else empty
   std::optional<NamedBody> body;     // what the camera sees, where that is not the spheres
 };

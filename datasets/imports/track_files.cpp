@@ -7,8 +7,8 @@
 #include <map>
 
 #include "datasets/imports/column_names.h"
-#include "datasets/store/input_error.h"
 #include "datasets/imports/trackmate.h"
+#include "datasets/store/input_error.h"
 
 namespace graintruth::datasets {
 

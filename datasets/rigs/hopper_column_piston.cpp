@@ -26,7 +26,8 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
                {"column_right", half, -depth, half, 0.0},
                {"slope_left", -half, 0.0, -half - run, height},
                {"slope_right", half, 0.0, half + run, height}};
-  rig.moving_face = {.face_z = face, .left_x = -half, .right_x = half, .velocity_z = -speed.value_or(0.0)};
+  rig.moving_face = {
+      .face_z = face, .left_x = -half, .right_x = half, .velocity_z = -speed.value_or(0.0)};
   follow_grains(context, rig);
 }
 

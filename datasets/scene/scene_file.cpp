@@ -10,8 +10,8 @@
 
 #include "datasets/scene/deck.h"
 #include "datasets/scene/geometry_files.h"
-#include "datasets/store/input_error.h"
 #include "datasets/scene/scene_particle.h"
+#include "datasets/store/input_error.h"
 #include "datasets/store/table.h"
 #include "datasets/store/toml_section.h"
 

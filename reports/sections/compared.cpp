@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "reports/sections/sections.h"
 #include "reports/page/words.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 

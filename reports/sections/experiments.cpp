@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "reports/sections/sections.h"
 #include "reports/page/words.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <filesystem>
 
+#include "reports/page/words.h"
 #include "reports/sections/pictures.h"
 #include "reports/sections/sections.h"
-#include "reports/page/words.h"
 
 namespace graintruth::reports {
 
@@ -83,8 +83,10 @@ Section films_section(const RunData& data, Section section) {
   }
   section.add_paragraph(
       "Completeness: of all particles in all frames, the share that was found. Calibration "
-      "residual: the distance of fiducials, clicked points or corners of a chessboard from where the "
-      "fitted camera puts them. Left out: the same for one that is predicted from the others. Start event: its time on the "
+      "residual: the distance of fiducials, clicked points or corners of a chessboard from where "
+      "the "
+      "fitted camera puts them. Left out: the same for one that is predicted from the others. "
+      "Start event: its time on the "
       "film. All other times on this page count from it.");
   section.add_table(film_table(replicates));
 

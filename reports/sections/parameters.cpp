@@ -8,8 +8,8 @@
 
 #include "datasets/parameters/parameter.h"
 #include "reports/page/parameter_words.h"
-#include "reports/sections/sections.h"
 #include "reports/page/words.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include "reports/sections/sections.h"
 #include "reports/page/words.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "datasets/store/input_error.h"
+#include "reports/page/words.h"
 #include "reports/sections/pictures.h"
 #include "reports/sections/sections.h"
-#include "reports/page/words.h"
 
 namespace graintruth::reports {
 

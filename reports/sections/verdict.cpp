@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "reports/page/parameter_words.h"
-#include "reports/sections/sections.h"
 #include "reports/page/words.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 

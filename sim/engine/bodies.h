@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "sim/engine/columns.h"
-#include "sim/scene.h"
 #include "sim/engine/state.h"
+#include "sim/scene.h"
 
 namespace graintruth::sim {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "sim/engine/bodies.h"
-#include "sim/laws/contact_law.h"
 #include "sim/engine/neighbours.h"
 #include "sim/engine/slabs.h"
+#include "sim/laws/contact_law.h"
 #include "sim/shapes/walls.h"
 
 namespace graintruth::sim {

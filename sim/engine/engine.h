@@ -11,9 +11,9 @@
 #include "sim/engine/contacts.h"
 #include "sim/engine/forces.h"
 #include "sim/engine/integrate.h"
-#include "sim/simulation.h"
 #include "sim/engine/snapshot.h"
 #include "sim/engine/team.h"
+#include "sim/simulation.h"
 
 namespace graintruth::sim {
 

@@ -57,8 +57,7 @@ class CalibrationRun : public testing::Test {
     if (!std::filesystem::exists(folder_ / out / "journal.db")) return rows;
     calibrate::Journal journal(folder_ / out / "journal.db");
     for (const calibrate::JournalRow& row : journal.rows()) {
-      const bool is_new =
-          rows.emplace(row.fingerprint, std::pair(row.id, row.run.seconds)).second;
+      const bool is_new = rows.emplace(row.fingerprint, std::pair(row.id, row.run.seconds)).second;
       EXPECT_TRUE(is_new) << "a simulation stands twice in the journal";
     }
     return rows;
@@ -308,8 +307,7 @@ TEST_F(CalibrationRun, EvaluationsAreRecordedAndTheirRecordCanBeLookedAfter) {
   EXPECT_TRUE(journal_verb({"drop", run, "--id", "2", "5"}).starts_with("2 simulations dropped"));
   EXPECT_EQ(evaluate("0.12", "run").out, first.out);  // what was dropped is run anew
   EXPECT_EQ(journal("run").size(), 12u);
-  const std::string problem =
-      calibrate::Journal(folder_ / "run/journal.db").rows().front().problem;
+  const std::string problem = calibrate::Journal(folder_ / "run/journal.db").rows().front().problem;
   EXPECT_TRUE(
       journal_verb({"drop", run, "--problem", problem}).starts_with("12 simulations dropped, 0"));
   EXPECT_EQ(run_program({"journal", "show", run, "3"}).status, 2);

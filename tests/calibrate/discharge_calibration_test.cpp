@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "calibrate/observables/flow_results.h"
 #include "calibrate/knowledge/uncertainty.h"
+#include "calibrate/observables/flow_results.h"
 #include "tests/calibrate/closed_bin.h"
 
 namespace graintruth::calibrate {

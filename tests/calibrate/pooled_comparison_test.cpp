@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-#include "calibrate/flow/beverloo.h"
-#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/compare/channel_comparison.h"
 #include "calibrate/compare/pooled_rule.h"
+#include "calibrate/flow/beverloo.h"
+#include "calibrate/flow/bulk_measure.h"
 #include "calibrate/observables/flow_results.h"
 #include "tests/calibrate/closed_bin.h"
 

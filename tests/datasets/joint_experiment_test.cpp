@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "datasets/store/input_error.h"
 #include "datasets/parameters/apply.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

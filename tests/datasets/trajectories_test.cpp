@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "datasets/store/input_error.h"
 #include "datasets/imports/track_files.h"
+#include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::datasets {

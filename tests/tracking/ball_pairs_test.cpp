@@ -53,7 +53,8 @@ std::vector<BodyPose> poses_at(const SyntheticScene& scene, int frame) {
 std::vector<cv::Mat> draw(const SyntheticScene& scene, int count = frames) {
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < count; ++k)
-    pictures.push_back(draw_frame(scene, poses_at(scene, k), scene.spec.rig.face->face_z + sunk(k), k));
+    pictures.push_back(
+        draw_frame(scene, poses_at(scene, k), scene.spec.rig.face->face_z + sunk(k), k));
   return pictures;
 }
 

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "datasets/store/input_error.h"
-#include "tracking/view/film_camera.h"
 #include "tracking/film/synthetic_video.h"
+#include "tracking/view/film_camera.h"
 
 namespace graintruth::tracking {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "datasets/store/input_error.h"
 #include "tracking/film/recording.h"
-#include "tracking/registry.h"
 #include "tracking/film/synthetic_video.h"
+#include "tracking/registry.h"
 #include "tracking/track_film.h"
 
 namespace graintruth::tracking {

@@ -14,10 +14,10 @@
 
 #include "datasets/store/input_error.h"
 #include "datasets/store/table.h"
-#include "tracking/view/chessboard.h"
 #include "tracking/bodies/linked_tracks.h"
 #include "tracking/bodies/rods.h"
 #include "tracking/bodies/spots.h"
+#include "tracking/view/chessboard.h"
 
 namespace graintruth::tracking {
 namespace {

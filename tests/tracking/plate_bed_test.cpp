@@ -8,8 +8,8 @@
 #include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tracking/drawn_film.h"
-#include "tracking/plates/bed_tracker.h"
 #include "tracking/film/corrections.h"
+#include "tracking/plates/bed_tracker.h"
 #include "tracking/plates/plate.h"
 
 namespace graintruth::tracking {

@@ -10,8 +10,8 @@
 #include "datasets/experiment/pictures.h"
 #include "datasets/store/input_error.h"
 #include "tests/tracking/drawn_shapes.h"
-#include "tracking/view/film_camera.h"
 #include "tracking/film/synthetic_video.h"
+#include "tracking/view/film_camera.h"
 
 namespace graintruth::tracking {
 namespace {

@@ -9,11 +9,11 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "tracking/film/clock.h"
-#include "tracking/drawing/drawing.h"
 #include "tracking/balls/first_picture.h"
-#include "tracking/median.h"
+#include "tracking/drawing/drawing.h"
 #include "tracking/event/start_of_motion.h"
+#include "tracking/film/clock.h"
+#include "tracking/median.h"
 
 namespace graintruth::tracking {
 

@@ -9,9 +9,9 @@
 
 #include "datasets/experiment/tracking_spec.h"
 #include "tracking/balls/body.h"
+#include "tracking/balls/limb_model.h"
 #include "tracking/view/camera.h"
 #include "tracking/view/edge_image.h"
-#include "tracking/balls/limb_model.h"
 
 namespace graintruth::tracking {
 
@@ -21,7 +21,7 @@ struct Surroundings {
     Eigen::Vector2d centre;
     double radius = 0.0;
   };
-  std::vector<Disc> discs;               // balls of the other bodies
+  std::vector<Disc> discs;            // balls of the other bodies
   std::vector<datasets::Wall> walls;  // seen edge-on
 
   void add(const BodyPose& body, const BodyShape& shape) {

@@ -9,11 +9,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/store/input_error.h"
-#include "tracking/view/colour.h"
-#include "tracking/drawing/drawing.h"
-#include "tracking/view/edge_image.h"
 #include "tracking/bodies/located_tracker.h"
 #include "tracking/bodies/spots.h"
+#include "tracking/drawing/drawing.h"
+#include "tracking/view/colour.h"
+#include "tracking/view/edge_image.h"
 
 namespace graintruth::tracking {
 

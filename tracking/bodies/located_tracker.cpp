@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "datasets/store/input_error.h"
-#include "tracking/film/clock.h"
 #include "tracking/bodies/link.h"
-#include "tracking/median.h"
 #include "tracking/event/start_of_motion.h"
+#include "tracking/film/clock.h"
+#include "tracking/median.h"
 
 namespace graintruth::tracking {
 

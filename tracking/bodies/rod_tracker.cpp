@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "datasets/store/input_error.h"
-#include "tracking/drawing/drawing.h"
 #include "tracking/bodies/located_tracker.h"
 #include "tracking/bodies/rods.h"
+#include "tracking/drawing/drawing.h"
 
 namespace graintruth::tracking {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "datasets/experiment/tracking_spec.h"
-#include "tracking/view/camera.h"
 #include "tracking/particle_tracker.h"
+#include "tracking/view/camera.h"
 
 namespace graintruth::tracking {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "datasets/store/trajectories.h"
-#include "tracking/view/camera.h"
 #include "tracking/particle_tracker.h"
+#include "tracking/view/camera.h"
 
 namespace graintruth::tracking {
 

@@ -7,10 +7,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "tracking/drawing/drawing.h"
-#include "tracking/view/film_camera.h"
 #include "tracking/drawing/overlay.h"
-#include "tracking/registry.h"
 #include "tracking/film/video.h"
+#include "tracking/registry.h"
+#include "tracking/view/film_camera.h"
 
 namespace graintruth::tracking {
 

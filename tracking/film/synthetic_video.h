@@ -9,8 +9,8 @@
 
 #include "datasets/experiment/tracking_spec.h"
 #include "datasets/store/trajectories.h"
-#include "tracking/view/camera.h"
 #include "tracking/balls/refine.h"
+#include "tracking/view/camera.h"
 
 namespace graintruth::tracking {
 

@@ -10,9 +10,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "tracking/view/camera.h"
 #include "tracking/plates/plate.h"
 #include "tracking/plates/plate_look.h"
+#include "tracking/view/camera.h"
 
 namespace graintruth::tracking {
 

@@ -11,9 +11,9 @@
 
 #include "datasets/store/input_error.h"
 #include "tracking/film/clock.h"
+#include "tracking/film/video.h"
 #include "tracking/median.h"
 #include "tracking/plates/plate_drawing.h"
-#include "tracking/film/video.h"
 
 namespace graintruth::tracking {
 
@@ -432,8 +432,8 @@ void BedTracker::describe(nlohmann::ordered_json& film) const {
                  {"doubtful_frames", bed_.doubtful_frames}};
 }
 
-// frame, time_s, x_m, z_m: the bed stands still (datasets/imports/stagnant.h) from the floor up to z at x;
-// nothing over the opening.
+// frame, time_s, x_m, z_m: the bed stands still (datasets/imports/stagnant.h) from the floor up to
+// z at x; nothing over the opening.
 std::map<std::string, datasets::Table> BedTracker::tables() const {
   if (stagnant_.x.empty()) return {};
   datasets::Table table({"frame", "time_s", "x_m", "z_m"});

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "datasets/imports/stagnant.h"
-#include "tracking/plates/bed_tracks.h"
 #include "tracking/particle_tracker.h"
+#include "tracking/plates/bed_tracks.h"
 #include "tracking/plates/stagnant.h"
 
 namespace graintruth::tracking {
@@ -30,8 +30,8 @@ struct BedSummary {
   std::vector<int> doubtful_frames;  // with plates that were not found
 };
 
-// Of a film whose moving plates are smeared, what stands still (datasets/imports/stagnant.h) from each
-// frame to the one that is `frames_apart` later, and up to which height.
+// Of a film whose moving plates are smeared, what stands still (datasets/imports/stagnant.h) from
+// each frame to the one that is `frames_apart` later, and up to which height.
 struct StagnantBed {
   int frames_apart = 0;
   std::vector<datasets::StagnantMap> maps;  // one a frame

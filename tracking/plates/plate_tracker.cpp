@@ -8,11 +8,11 @@
 #include <optional>
 
 #include "datasets/store/input_error.h"
-#include "tracking/plates/first_bed.h"
 #include "tracking/bodies/located_tracker.h"
+#include "tracking/bodies/spots.h"
+#include "tracking/plates/first_bed.h"
 #include "tracking/plates/plate_bank.h"
 #include "tracking/plates/plate_drawing.h"
-#include "tracking/bodies/spots.h"
 
 namespace graintruth::tracking {
 

@@ -4,9 +4,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "tracking/tracking_summary.h"
 #include "tracking/view/scale.h"
 #include "tracking/view/steady_view.h"
-#include "tracking/tracking_summary.h"
 
 namespace graintruth::tracking {
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "datasets/experiment/tracking_spec.h"
-#include "tracking/event/event.h"
-#include "tracking/view/film_camera.h"
 #include "tracking/balls/limb_model.h"
 #include "tracking/balls/locate.h"
 #include "tracking/balls/refine.h"
+#include "tracking/event/event.h"
+#include "tracking/view/film_camera.h"
 
 namespace graintruth::tracking {
 
@@ -22,10 +22,10 @@ struct FilmView {
   BodyShape nominal;  // as the experiment states it
   BodyShape shape;    // sizes as they look in this film; nominal until the first picture is known
   FilmCamera camera;
-  PlaneRegion region;                    // where particles can be
-  double camera_noise = 1.0;             // grey levels, of a pixel
-  double edge_noise = 1.0;               // grey levels, of edges
-  std::optional<LimbModel> limb;         // from the first picture on
+  PlaneRegion region;                 // where particles can be
+  double camera_noise = 1.0;          // grey levels, of a pixel
+  double edge_noise = 1.0;            // grey levels, of edges
+  std::optional<LimbModel> limb;      // from the first picture on
   std::vector<datasets::Wall> walls;  // as seen: in the particle plane, and their front edges
   std::optional<FaceWatcher> face;
 

@@ -3,9 +3,9 @@
 #include <array>
 #include <numbers>
 
+#include "sim/laws/time_step.h"
 #include "sim/shapes/profile.h"
 #include "sim/shapes/surface_error.h"
-#include "sim/laws/time_step.h"
 #include "tests/sim/cases/check.h"
 #include "tests/support/read_rows.h"
 
