@@ -12,10 +12,7 @@ namespace {
 
 // Before anything is simulated for an agreement that never comes.
 void require_agreement_exists(const datasets::Experiment& experiment) {
-  const calibrate::Observables observables(experiment);
-  for (const auto& [place, weight] : observables.compared()) {
-    if (observables.all()[place]->gives_agreement()) return;
-  }
+  if (calibrate::Observables(experiment).of_agreement() != nullptr) return;
   throw datasets::InputError(
       fmt::format("{}: what is compared has no agreement in percent, which tracks and heap_height "
                   "alone give; leave out --require-agreement.",

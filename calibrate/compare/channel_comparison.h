@@ -57,12 +57,6 @@ class ChannelComparison final : public Comparison {
   // Share of the interval tests that the mean of these runs passes, %: of the first observable of
   // an experiment whose values replicates repeat. NaN where there is none.
   double percent_inside(std::span<const SimulatedRun> runs, std::size_t experiment = 0) const;
-  // What is known of the runs of an observable of one experiment, for its rule.
-  std::unique_ptr<Rule::Runs> digest_for(const Rule& rule,
-                                         std::span<const SimulatedRun> runs,
-                                         std::size_t experiment = 0) const {
-    return rule.digest(runs_of(runs, experiment));
-  }
 
   double objective(std::span<const SimulatedRun> runs) const override;
   std::vector<double> residuals(std::span<const SimulatedRun> runs) const override;

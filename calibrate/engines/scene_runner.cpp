@@ -84,6 +84,12 @@ void SceneRunner::start_simulation(std::size_t particles) {
   simulation_ = std::make_unique<sim::Simulation>(built_.scene, options);
 }
 
+// What rains comes after what is placed, in the order of its types.
+int SceneRunner::type_of(std::size_t number) const {
+  const std::vector<sim::Body>& bodies = built_.scene.bodies;
+  return number < bodies.size() ? bodies[number].type : types_[number - scene_.places.size()];
+}
+
 void SceneRunner::add_drop(int type) {
   const auto drop = rain_drop(scene_, built_, built_.scene, type, generator_);
   if (drop) built_.scene.bodies.push_back(*drop);
@@ -246,6 +252,7 @@ bool SceneRunner::take_out() {
     }
   }
   if (staying.empty()) return false;
+  for (const int body : leaving) taken_out_.push_back(numbers_[static_cast<std::size_t>(body)]);
   if (!leaving.empty()) simulation_->remove_bodies(leaving);
   numbers_ = std::move(staying);
   return true;

@@ -58,6 +58,10 @@ class SceneRunner {
   double coordination_now() const;
   // Of the bodies that are in, which of the filling's they are.
   const std::vector<std::size_t>& numbers() const { return numbers_; }
+  // Of that one: a place in the built scene's types.
+  int type_of(std::size_t number) const;
+  // Of those that were taken out.
+  const std::vector<std::size_t>& taken_out() const { return taken_out_; }
 
   const datasets::SceneData& scene_;
   const SceneRunOptions& options_;
@@ -88,7 +92,7 @@ class SceneRunner {
   [[noreturn]] void refuse_rain(std::size_t fallen, std::size_t wanted) const;
 
   std::vector<int> types_;  // of all counted particles
-  std::vector<std::size_t> numbers_;
+  std::vector<std::size_t> numbers_, taken_out_;
   bool is_empty_ = false;  // every body has been taken out
   std::string job_;
   double job_start_ = 0.0, job_length_ = 1.0;  // s

@@ -33,7 +33,6 @@ struct ExecutorKind {
   std::string_view name;
   std::unique_ptr<Executor> (*make)(int jobs);
 };
-std::span<const ExecutorKind* const> executor_kinds();
 // Makes one known that is not the program's own: a test's.
 void make_known(const ExecutorKind& kind);
 

@@ -23,8 +23,6 @@ std::vector<const ExecutorKind*>& all() {
 
 }  // namespace
 
-std::span<const ExecutorKind* const> executor_kinds() { return all(); }
-
 void make_known(const ExecutorKind& kind) { all().push_back(&kind); }
 
 std::unique_ptr<Executor> make_executor(std::string_view name, int jobs) {

@@ -28,7 +28,6 @@ class Beverloo final : public Observable {
 
 extern constinit const ObservableKind beverloo_kind{
     .name = "beverloo",
-    .meaning = "Beverloo's C and k, from the rates through several orifices",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<Beverloo>(); }};
 

@@ -100,9 +100,6 @@ std::shared_ptr<const Observable> make(const datasets::Experiment& experiment,
 
 }  // namespace
 
-extern constinit const ObservableKind bulk_density_kind{
-    .name = "bulk_density",
-    .meaning = "mass of a bed over its volume, in a container of constant cross-section",
-    .make = make};
+extern constinit const ObservableKind bulk_density_kind{.name = "bulk_density", .make = make};
 
 }  // namespace graintruth::calibrate

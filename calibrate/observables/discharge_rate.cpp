@@ -64,7 +64,6 @@ class DischargeRate final : public Observable {
 
 extern constinit const ObservableKind discharge_rate_kind{
     .name = "discharge_rate",
-    .meaning = "mass that leaves in a second, from tracks or the curve of a balance",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<DischargeRate>(); }};
 

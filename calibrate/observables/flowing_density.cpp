@@ -45,7 +45,6 @@ class FlowingDensity final : public Observable {
 
 extern constinit const ObservableKind flowing_density_kind{
     .name = "flowing_density",
-    .meaning = "mass of the flowing bed over the area that it takes in the picture",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<FlowingDensity>(); }};
 

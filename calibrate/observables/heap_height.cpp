@@ -72,7 +72,6 @@ class HeapHeight final : public Observable {
 
 extern constinit const ObservableKind heap_height_kind{
     .name = "heap_height",
-    .meaning = "height of the highest grain at the moments of the comparison",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<HeapHeight>(); }};
 

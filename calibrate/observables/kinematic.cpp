@@ -28,7 +28,6 @@ class Kinematic final : public Observable {
 
 extern constinit const ObservableKind kinematic_kind{
     .name = "kinematic",
-    .meaning = "the kinematic model's B, from the velocity profile",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<Kinematic>(); }};
 

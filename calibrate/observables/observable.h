@@ -114,6 +114,8 @@ class Observables {
     double weight = 1.0;
   };
   const std::vector<Compared>& compared() const { return compared_; }
+  // The one that tells the agreement in percent: the first compared that can. Null: none can.
+  const Observable* of_agreement() const;
   // Those that the requested form compares.
   std::vector<Compared> compared_by_request() const;
   std::optional<std::size_t> find(std::string_view name) const;
@@ -135,9 +137,7 @@ using MakeObservable = std::shared_ptr<const Observable> (*)(const datasets::Exp
                                                              datasets::TomlSection* settings);
 struct ObservableKind {
   std::string_view name;
-  std::string_view meaning;  // one line for `check` and docs
   MakeObservable make;
 };
-std::span<const ObservableKind* const> observable_kinds();
 
 }  // namespace graintruth::calibrate

@@ -157,9 +157,6 @@ std::shared_ptr<const Observable> make(const datasets::Experiment&,
 
 }  // namespace
 
-extern constinit const ObservableKind own_curve_kind{
-    .name = "own",
-    .meaning = "a column of your own beside each replicate, with a table [measure.<name>]",
-    .make = make};
+extern constinit const ObservableKind own_curve_kind{.name = "own", .make = make};
 
 }  // namespace graintruth::calibrate

@@ -35,8 +35,6 @@ const ObservableKind* kind_named(std::string_view name, bool has_settings) {
 
 }  // namespace
 
-std::span<const ObservableKind* const> observable_kinds() { return all_kinds; }
-
 Observables::Observables(const datasets::Experiment& experiment) : experiment_(&experiment) {
   for (const datasets::RequestedObservable& requested : experiment.measurement.observables) {
     const ObservableKind* kind = kind_named(requested.name, requested.settings != nullptr);
@@ -73,6 +71,13 @@ std::optional<std::size_t> Observables::find(std::string_view name) const {
     if (all_[i]->name() == name) return i;
   }
   return std::nullopt;
+}
+
+const Observable* Observables::of_agreement() const {
+  for (const auto& [place, weight] : compared_) {
+    if (all_[place]->gives_agreement()) return all_[place].get();
+  }
+  return nullptr;
 }
 
 std::vector<Observables::Compared> Observables::compared_by_request() const {

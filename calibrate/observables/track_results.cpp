@@ -207,25 +207,11 @@ double rms_position(const std::vector<double>& a,
   return count == 0 ? nan : std::sqrt(squares / static_cast<double>(count));
 }
 
-namespace {
-
-// Where several observables could tell the agreement, the first that is compared does.
-bool tells_agreement(std::string_view observable, const Problem& problem) {
-  for (const auto& [place, weight] : problem.observables->compared()) {
-    const Observable& compared = *problem.observables->all()[place];
-    if (compared.gives_agreement() && problem.all->rule_of(compared.name()) != nullptr)
-      return compared.name() == observable;
-  }
-  return true;
-}
-
-}  // namespace
-
 void conclude_agreement(std::string_view observable,
                         const Problem& problem,
                         const Confirmed& confirmed,
                         Results& results) {
-  if (!tells_agreement(observable, problem)) return;
+  if (problem.observables->of_agreement()->name() != observable) return;
   const Compared compared = compared_of(observable, problem, confirmed);
   const ChannelShape& shape = compared.rule.shape();
   const RepeatedRule::Target& target = compared.rule.target(compared.condition);
@@ -291,7 +277,7 @@ void tell_agreement(std::string_view observable,
                     const Problem& problem,
                     const Evaluation& evaluation,
                     Results& results) {
-  if (!tells_agreement(observable, problem)) return;
+  if (problem.observables->of_agreement()->name() != observable) return;
   const auto& rule = static_cast<const RepeatedRule&>(*problem.calibrated->rule_of(observable));
   const RepeatedRule::Target& target = rule.target(0);
   const std::vector<double> mean = rule.simulated_mean(*rule.digest(evaluation.runs), 0);

@@ -64,7 +64,6 @@ class Tracks final : public Observable {
 
 extern constinit const ObservableKind tracks_kind{
     .name = "tracks",
-    .meaning = "place and angle of every grain at the moments of the comparison",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<Tracks>(); }};
 

@@ -72,7 +72,6 @@ class VelocityProfileObservable final : public Observable {
 
 extern constinit const ObservableKind velocity_profile_kind{
     .name = "velocity_profile",
-    .meaning = "how fast the bed sinks across its width, at one height",
     .make = [](const datasets::Experiment&,
                datasets::TomlSection*) -> std::shared_ptr<const Observable> {
       return std::make_shared<VelocityProfileObservable>();

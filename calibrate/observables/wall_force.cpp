@@ -43,7 +43,6 @@ std::shared_ptr<const Observable> make(const datasets::Experiment& experiment,
 
 }  // namespace
 
-extern constinit const ObservableKind wall_force_kind{
-    .name = "wall_force", .meaning = "force of the grains on a wall of the rig", .make = make};
+extern constinit const ObservableKind wall_force_kind{.name = "wall_force", .make = make};
 
 }  // namespace graintruth::calibrate

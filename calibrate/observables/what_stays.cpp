@@ -44,7 +44,6 @@ class WhatStays final : public Observable {
 
 extern constinit const ObservableKind what_stays_kind{
     .name = "what_stays",
-    .meaning = "number of grains that are still there at the end",
     .make = [](const datasets::Experiment&, datasets::TomlSection*)
         -> std::shared_ptr<const Observable> { return std::make_shared<WhatStays>(); }};
 

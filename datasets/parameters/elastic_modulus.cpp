@@ -27,7 +27,6 @@ extern constinit const ParameterKind elastic_modulus{
     .range = {0.0, 1e13, false, "a modulus above 0 and at most 10 TPa"},
     .usual_lower = 1e6,
     .usual_upper = 1e8,
-    .meaning = "the modulus of elasticity of the grains, as they are simulated",
     .title = "Modulus of elasticity",
     .phrase = "the modulus of elasticity",
     .stated_in = [](const Material& material) { return material.elastic_modulus; },

@@ -25,7 +25,6 @@ struct ParameterKind {
   Units units;            // that keys of experiment files may give it in
   Range range;            // of the values that it can have at all
   double usual_lower = 0.0, usual_upper = 0.0;  // bounds of a search, where the user states none
-  std::string_view meaning;                     // after "is": "the sliding friction of ..."
   // In reports, alone and within a sentence; a parameter of a wall has the wall's name after it
   std::string_view title;   // "Friction, particle to particle"
   std::string_view phrase;  // "friction between particles"

@@ -11,7 +11,6 @@ extern constinit const ParameterKind restitution{
     .range = {0.0, 1.0, false, "a restitution above 0 and at most 1"},
     .usual_lower = 0.1,
     .usual_upper = 1.0,
-    .meaning = "the rebound speed over the impact speed",
     .title = "Restitution",
     .phrase = "restitution",
     .neutral = 1.0,

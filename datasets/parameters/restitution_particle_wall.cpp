@@ -11,7 +11,6 @@ extern constinit const ParameterKind restitution_particle_wall{
     .range = {0.0, 1.0, false, "a restitution above 0 and at most 1"},
     .usual_lower = 0.1,
     .usual_upper = 1.0,
-    .meaning = "the rebound speed over the impact speed where a particle meets a wall",
     .title = "Restitution, particle to wall",
     .phrase = "restitution between particles and walls",
     .same_as = "restitution",

@@ -11,9 +11,7 @@ namespace graintruth::datasets {
 
 namespace {
 
-constexpr int wall_material = 1;
-constexpr double longest_settling = 3.0;   // s
-constexpr double softened_overlap = 0.01;  // of a grain's diameter, in the hardest impact
+constexpr double longest_settling = 3.0;  // s
 
 SceneWall polygon(std::string name, std::vector<Eigen::Vector3d> corners) {
   SceneWall wall;
@@ -73,14 +71,12 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
     rig.scene.walls.back().opens_at = 0.0;
   }
   rig.scene.exit_height = -context.particle->length;
-  rig.scene.leaves_below = -2.0 * context.particle->length - 0.5 * height;
   rig.scene.fill = {.method = SceneFill::Method::lattice,
                     .low = {-x, -y, 0.0},
                     .high = {x, y, top},
                     .clearance = 0.02 * context.particle->length};
-  // A softer contact lasts longer and allows a longer time step; above that stiffness flow hardly
-  // depends on it. The hardest expected impact is a fall by the width of the slot.
-  rig.softened_overlap = softened_overlap;
+  rig.softened_overlap = softened_overlap_of_flow;
+  // The hardest expected impact is a fall by the width of the slot
   const double impact = std::sqrt(2.0 * rig.gravity * std::max(slot, context.particle->length));
   rig.scene.phases = {{.name = "settle",
                        .duration = longest_settling,

@@ -12,7 +12,6 @@ namespace graintruth::datasets {
 namespace {
 
 constexpr double settling_time = 0.1;  // s of rest on the closed orifice
-constexpr double softened_overlap = 0.01;
 
 // Side walls, and the floor left and right of the orifice.
 std::vector<Wall> walls_of(double width, double height, double orifice) {
@@ -49,9 +48,7 @@ void read(RigSection& section, const RigContext&, Rig& rig) {
   SceneWall stopper = segment_of({"stopper", -0.5 * orifice, 0.0, 0.5 * orifice, 0.0});
   stopper.opens_at = 0.0;
   rig.scene.walls.push_back(std::move(stopper));
-  // A softer contact lasts longer and allows a longer time step; above that stiffness flow hardly
-  // depends on it
-  rig.softened_overlap = softened_overlap;
+  rig.softened_overlap = softened_overlap_of_flow;
   rig.begins_from = BeginsFrom::each_replicate;
   rig.observables = {"discharge_rate", "what_stays", "velocity_profile"};
   // Where no film tells a bed: rows that fall and settle without friction (thesis 4.3.4)

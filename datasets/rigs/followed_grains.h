@@ -12,8 +12,6 @@ void follow_grains(const RigContext& context, Rig& rig);
 // Segments as walls of the scene, all of one material.
 SceneWall segment_of(const Wall& wall);
 
-inline constexpr int grain_material = 0;
-inline constexpr int wall_material = 1;
 // Settling only has to bring the grains to rest, so its collisions are as dead as the model allows
 // without stiffening the contact.
 inline constexpr double settling_restitution = 0.2;

@@ -59,6 +59,13 @@ struct RigSetting {
   friend bool operator==(const RigSetting&, const RigSetting&) = default;
 };
 
+// Of a scene whose grains are those of the experiment
+inline constexpr int grain_material = 0;
+inline constexpr int wall_material = 1;
+// How soft grains may be that flow. A softer contact lasts longer and allows a longer time step;
+// above that stiffness flow hardly depends on it.
+inline constexpr double softened_overlap_of_flow = 0.01;
+
 struct Rig {
   std::string kind;  // of [rig], for sentences; nobody asks what it is
   SceneData scene;   // walls with their motions, filling and phases; grains as `brings_grains` says

@@ -20,7 +20,6 @@ class RigSection {
   RigSection(TomlSection& rig, TomlSection* replicate) : rig_(rig), replicate_(replicate) {}
 
   TomlSection& rig() { return rig_; }
-  bool is_of_a_replicate() const { return replicate_ != nullptr; }
 
   // A setting that a replicate may have otherwise: it is looked for there first. None where
   // neither states it; of a replicate, that is refused.

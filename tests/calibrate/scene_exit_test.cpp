@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "calibrate/engines/scene_run.h"
 #include "calibrate/problem.h"
 #include "tests/support/temporary_folder.h"
 
@@ -59,6 +60,38 @@ shape = "polygon"
 corners_mm = [[-80, -50, -60], [80, -50, -60], [80, 50, -60], [-80, 50, -60]]
 )");
   EXPECT_FALSE(problem.scenes.front().spec.scene.leaves_below.has_value());
+}
+
+// Grains of several sizes that rain in: each leaves with its own mass, as in `simulate`.
+TEST(RainOfSizes, LeavesWithTheMassOfEverySize) {
+  const tests::TemporaryFolder folder;
+  std::string box = template_file("box.toml");
+  for (const auto& [from, to] :
+       {std::pair<std::string, std::string>{"count = 200", "count = 30"},
+        {"density_g_per_cm3 = 1.2",
+         "density_g_per_cm3 = 1.2\nsize = {distribution = \"uniform\", standard_deviation = 0.2}"},
+        {"elastic_modulus_mpa = 5 ", "elastic_modulus_mpa = 50 "},
+        {"duration_s = 1.0", "duration_s = 0.3"}})
+    box.replace(box.find(from), from.size(), to);
+  const auto fill = box.find("[fill]"), after = box.find("\n[", fill);
+  box.replace(fill,
+              after - fill,
+              "[fill]\nmethod = \"rain\"\nlow_mm = [-50, -25, 0]\nhigh_mm = [50, 25, 150]\n"
+              "interval_s = 0.01\n");
+  datasets::SceneFile scene = datasets::load_scene(folder.write("box.toml", box));
+  for (datasets::ScenePhase& phase : scene.phases) {
+    phase.fastest_impact = 3.0;
+    phase.time_step_fraction = 0.2;
+  }
+  const SceneRun whole = run_scene(scene, {.seed = 5});
+  SimulationSpec spec;
+  spec.scene = scene;
+  spec.seed = 5;
+  spec.time_step_fraction = 0.2;
+  const EngineRun run = engine_named("embedded").run(spec, {});
+  ASSERT_EQ(run.status, RunStatus::completed) << run.message;
+  EXPECT_GT(run.recording.discharge->mass.back(), 0.0);
+  EXPECT_NEAR(run.recording.discharge->mass.back(), whole.frames.back().bed.discharged_mass, 1e-12);
 }
 
 }  // namespace

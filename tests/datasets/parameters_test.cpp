@@ -79,7 +79,6 @@ TEST(Parameters, SlidingFrictionIsNeverAboveStaticFriction) {
 
 TEST(Parameters, TellWhatAReaderNeeds) {
   for (const ParameterKind* kind : parameter_kinds()) {
-    EXPECT_FALSE(kind->meaning.empty()) << kind->name;
     EXPECT_FALSE(kind->title.empty()) << kind->name;
     EXPECT_FALSE(kind->phrase.empty()) << kind->name;
     EXPECT_FALSE(kind->bench_test.empty()) << kind->name;
