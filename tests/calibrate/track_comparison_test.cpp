@@ -6,6 +6,7 @@
 #include "calibrate/compare/channel_comparison.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/knowledge/uncertainty.h"
+#include "calibrate/result/results.h"
 #include "tests/calibrate/toy_experiment.h"
 
 namespace graintruth::calibrate {
@@ -82,6 +83,31 @@ TEST(ChannelComparison, FailedRunsAreComparedToo) {
   const double allowed = problem.all->allowed_excess(best, failed, {});
   EXPECT_TRUE(std::isfinite(allowed));
   EXPECT_GT(failed.objective - best.objective, allowed);
+}
+
+TEST(Observables, OneAloneTellsTheAgreement) {
+  datasets::Experiment experiment = toy::experiment(5);
+  experiment.measurement.observables = {{.name = "heap_height"}, {.name = "tracks"}};
+  EXPECT_EQ(Observables(experiment).of_agreement()->name(), "heap_height");
+  experiment.measurement.observables = {{.name = "tracks"}, {.name = "heap_height"}};
+  EXPECT_EQ(Observables(experiment).of_agreement()->name(), "tracks");
+  // What it tells is not overwritten by the other
+  const auto told = [&] {
+    const Problem problem = make_problem(experiment, toy::recordings({}, 5, 1));
+    Evaluation evaluation;
+    for (const datasets::Recording& recording : toy::recordings({}, 3, 2))
+      evaluation.runs.push_back({.channels = problem.observables->measure(
+                                     recording, problem.situations[0], &problem.measured[0])});
+    Results results;
+    for (const auto& observable : problem.observables->all()) {
+      if (problem.all->rule_of(observable->name()) != nullptr)
+        observable->tell_evaluation(problem, evaluation, results);
+    }
+    return results.json.at("agreement_percent").get<double>();
+  };
+  const double of_both = told();
+  experiment.measurement.observables = {{.name = "tracks"}};
+  EXPECT_EQ(of_both, told());
 }
 
 }  // namespace
