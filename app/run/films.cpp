@@ -120,10 +120,13 @@ Json track_film(const datasets::TrackingSpec& spec,
 TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
                             std::vector<std::optional<datasets::TrackingSpec>>& specs) {
   TrackedFilms films;
+  films.warnings = experiment.notes;
   films.is_smeared.assign(experiment.replicates.size(), 0);
   bool filmed = false;
   for (const datasets::Replicate& replicate : experiment.replicates) {
     films.recordings.push_back(read_given_data(experiment, replicate));
+    const std::vector<std::string>& notes = films.recordings.back().notes;
+    films.warnings.insert(films.warnings.end(), notes.begin(), notes.end());
     specs.emplace_back();
     if (replicate.video.empty()) continue;
     filmed = true;
@@ -195,10 +198,11 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
     show(i, 1.0);
   });
 
-  Json all = {{"replicates", Json::array()}};
+  Json all = {{"replicates", Json::array()}, {"notes", experiment.notes}};
   for (std::size_t i = 0; i < count; ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
     add_hashes(replicate, specs[i], films.input_hashes);
+    for (const std::string& note : films.recordings[i].notes) all["notes"].push_back(note);
     if (!specs[i]) {
       if (!films.recordings[i].tracks) continue;
       const std::filesystem::path copy = folder.tracks(replicate.name);

@@ -227,6 +227,8 @@ std::optional<datasets::Recording> look_at(const Experiment& experiment,
     findings.missing.emplace_back(error.what());
     return std::nullopt;
   }
+  findings.doubtful.insert(
+      findings.doubtful.end(), recording.notes.begin(), recording.notes.end());
   if (const auto& tracks = recording.tracks) {
     fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
                replicate.name,

@@ -31,6 +31,7 @@ int run_track(const TrackCommand& command) {
     for (const auto& warning : film["warnings"])
       fmt::print("  warning: {}\n", warning.get<std::string>());
   }
+  for (const auto& note : tracking["notes"]) fmt::print("Note: {}\n", note.get<std::string>());
   for (const std::string& line : measured) fmt::print("{}\n", line);
   fmt::print("Tracks and overlays: {}\n", (session.folder().root / "tracks").string());
   return 0;

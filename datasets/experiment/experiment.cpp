@@ -253,7 +253,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   // 1. Rig and grains: one may bring the other
   std::optional<TomlSection> rig;
   if (is_read("rig")) rig = root.section("rig");
-  RigContext context{.folder = folder, .inputs = &experiment.inputs};
+  RigContext context{.folder = folder, .inputs = &experiment.inputs, .notes = &experiment.notes};
   if (rig && rig_kind_named(*rig).brings_grains) {
     if (root.has("particle"))
       root.fail("particle", "is not needed: the grains are those of the rig's scene");
@@ -274,6 +274,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   experiment.starts = read_starts(root, experiment.particle.count);
   // 2. Replicates, each in its own state of the rig
   context.inputs = nullptr;
+  context.notes = nullptr;
   experiment.replicates = read_replicates(root, folder, purpose, [&](TomlSection& replicate) {
     return rig ? read_rig(root.section("rig"), &replicate, context) : Rig{};
   });

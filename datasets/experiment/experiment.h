@@ -113,6 +113,7 @@ struct Experiment {
   std::vector<StartPlace> starts;  // empty, or one a particle
   std::vector<Replicate> replicates;
   std::vector<std::filesystem::path> inputs;  // further files that were read
+  std::vector<std::string> notes;             // sentences on how those were understood
   Measurement measurement;
   std::vector<TunedParameter> tuned;
   TimeStepRule time_step_rule = TimeStepRule::gate;

@@ -23,6 +23,7 @@ struct Recording {
   std::optional<Trajectories> tracks;       // grains as the camera sees them
   std::optional<DischargeCurve> discharge;  // mass that has left
   std::map<std::string, Curve> curves;      // by name, with the unit at its end: lid_force_n
+  std::vector<std::string> notes;           // sentences on how the files were understood
 };
 
 }  // namespace graintruth::datasets

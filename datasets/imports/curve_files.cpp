@@ -28,8 +28,11 @@ std::vector<double> finite_column(const Table& table, const std::string& name) {
 
 }  // namespace
 
-std::map<std::string, Curve> read_curves(const std::filesystem::path& file, double event_time) {
+std::map<std::string, Curve> read_curves(const std::filesystem::path& file,
+                                         double event_time,
+                                         std::vector<std::string>* notes) {
   const Table table = read_csv(file);
+  if (notes) notes->insert(notes->end(), table.notes().begin(), table.notes().end());
   // 1. Times
   std::vector<double> times;
   std::string time_column;
@@ -46,19 +49,20 @@ std::map<std::string, Curve> read_curves(const std::filesystem::path& file, doub
     }
   } else if (table.rows() != 1) {
     throw InputError(fmt::format(
-        "{}: has {} rows and no column of time; give a column time_s, or one row of numbers.",
+        "{}: has {} rows and no column of time; give a column time_s, or one row of numbers{}.",
         file.string(),
-        table.rows()));
+        table.rows(),
+        table.header_words()));
   }
   // 2. Every other column
   std::map<std::string, Curve> curves;
   for (const std::string& name : table.columns()) {
-    if (name == time_column || name.ends_with(uncertainty)) continue;
+    if (name == time_column || name.ends_with(uncertainty) || table.is_blank(name)) continue;
     Curve& curve = curves[name];
     curve.time = times;
     curve.value = finite_column(table, name);
     const std::string of_it = fmt::format("{}{}", name, uncertainty);
-    if (!table.has(of_it)) continue;
+    if (!table.has(of_it) || table.is_blank(of_it)) continue;
     curve.sigma = finite_column(table, of_it);
     for (std::size_t row = 0; row < curve.sigma.size(); ++row) {
       if (curve.sigma[row] > 0.0) continue;
@@ -71,7 +75,9 @@ std::map<std::string, Curve> read_curves(const std::filesystem::path& file, doub
     }
   }
   if (curves.empty())
-    throw InputError(fmt::format("{}: has no column beside that of time.", file.string()));
+    throw InputError(fmt::format("{}: has no column with values beside that of time{}.",
+                                 file.string(),
+                                 table.header_words()));
   return curves;
 }
 

@@ -55,8 +55,10 @@ std::vector<double> never_falling(const std::vector<double>& values) {
 }  // namespace
 
 DischargeCurve read_discharge_curve(const std::filesystem::path& file,
-                                    const DischargeSource& source) {
+                                    const DischargeSource& source,
+                                    std::vector<std::string>* notes) {
   const Table table = read_csv(file);
+  if (notes) notes->insert(notes->end(), table.notes().begin(), table.notes().end());
   const QuantityColumn time = required_column(table, columns::time);
   const MassColumn mass = find_mass(table, source);
   const auto fail = [&](std::size_t row, const std::string& complaint) {

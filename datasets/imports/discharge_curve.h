@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace graintruth::datasets {
@@ -22,8 +23,10 @@ struct DischargeSource {
 // little as it takes for the mass never to fall. Throws InputError with file, line and column where
 // times do not rise, where the mass falls back by more than 2 % of all (the straightness that a
 // steady rate asks for) and a particle, where more leaves than was there, where nothing leaves, or
-// where the curve begins after the event.
+// where the curve begins after the event. `notes` gets sentences on what of the file was not taken
+// as it stands.
 DischargeCurve read_discharge_curve(const std::filesystem::path& file,
-                                    const DischargeSource& source);
+                                    const DischargeSource& source,
+                                    std::vector<std::string>* notes = nullptr);
 
 }  // namespace graintruth::datasets

@@ -14,7 +14,7 @@ namespace graintruth::datasets {
 namespace {
 
 // Lower case, marks as single underscores, "/" and "per" left out: "Q (g/s)" and q_g_per_s both
-// become q_g_s. The sign for micro, in UTF-8 (two of them) and in Latin-1, becomes u.
+// become q_g_s. The sign for micro, of which there are two, becomes u.
 std::string plain_name(std::string_view name) {
   std::string result;
   for (std::size_t at = 0; at < name.size(); ++at) {
@@ -23,8 +23,6 @@ std::string plain_name(std::string_view name) {
     if (two == "\u00b5" || two == "\u03bc") {
       byte = 'u';
       ++at;
-    } else if (byte == 0xb5) {
-      byte = 'u';
     }
     if (std::isalnum(byte) != 0) {
       result += static_cast<char>(std::tolower(byte));
@@ -48,18 +46,45 @@ std::string spellings(const Quantity& quantity) {
   return fmt::format("{}", fmt::join(wanted, " or "));
 }
 
+// The unit of a column that is called as this quantity is.
+std::optional<Unit> unit_of(std::string_view column, const Quantity& quantity) {
+  const std::string called = plain_name(column);
+  for (const std::string_view name : quantity.names) {
+    for (const Unit& unit : quantity.units) {
+      const std::string wanted =
+          unit.suffix.empty() ? std::string(name) : fmt::format("{}_{}", name, unit.suffix);
+      if (called == plain_name(wanted)) return unit;
+    }
+  }
+  return std::nullopt;
+}
+
+// What is wrong with a column that nearly is it: it has no value, or no unit.
+std::string near_miss(const Table& table, const Quantity& quantity) {
+  for (const std::string& column : table.columns()) {
+    if (unit_of(column, quantity)) return fmt::format(" Column '{}' holds no value.", column);
+    const std::string called = plain_name(column);
+    for (const std::string_view name : quantity.names) {
+      if (called == plain_name(name))
+        return fmt::format(" Column '{}' has the name, but no unit.", column);
+    }
+  }
+  return "";
+}
+
 // Throws where a column has the name, and a unit in brackets that nobody knows.
 void refuse_unknown_unit(const Table& table, const Quantity& quantity) {
   for (const std::string& column : table.columns()) {
     const std::size_t bracket = column.find_first_of("([");
-    if (bracket == std::string::npos) continue;
+    if (bracket == std::string::npos || table.is_blank(column)) continue;
     const std::string wanted = plain_name(column.substr(0, bracket));
     for (const std::string_view name : quantity.names) {
       if (wanted != plain_name(name)) continue;
-      throw InputError(fmt::format("{}: column '{}' has a unit that is not known; call it {}.",
+      throw InputError(fmt::format("{}: column '{}' has a unit that is not known; call it {}{}.",
                                    table.file().string(),
                                    column,
-                                   spellings(quantity)));
+                                   spellings(quantity),
+                                   table.header_words()));
     }
   }
 }
@@ -85,22 +110,16 @@ std::vector<double> checked_quantity(const Table& table, const Quantity& quantit
 std::optional<QuantityColumn> find_column(const Table& table, const Quantity& quantity) {
   std::optional<QuantityColumn> found;
   for (const std::string& column : table.columns()) {
-    const std::string called = plain_name(column);
-    for (const std::string_view name : quantity.names) {
-      for (const Unit& unit : quantity.units) {
-        const std::string wanted =
-            unit.suffix.empty() ? std::string(name) : fmt::format("{}_{}", name, unit.suffix);
-        if (called != plain_name(wanted)) continue;
-        if (found) {
-          throw InputError(fmt::format("{}: columns '{}' and '{}' could both be {}; leave one.",
-                                       table.file().string(),
-                                       found->column,
-                                       column,
-                                       quantity.words));
-        }
-        found = QuantityColumn{column, unit};
-      }
+    const auto unit = unit_of(column, quantity);
+    if (!unit || table.is_blank(column)) continue;
+    if (found) {
+      throw InputError(fmt::format("{}: columns '{}' and '{}' could both be {}; leave one.",
+                                   table.file().string(),
+                                   found->column,
+                                   column,
+                                   quantity.words));
     }
+    found = QuantityColumn{column, *unit};
   }
   if (!found) refuse_unknown_unit(table, quantity);
   return found;
@@ -109,14 +128,16 @@ std::optional<QuantityColumn> find_column(const Table& table, const Quantity& qu
 QuantityColumn required_column(const Table& table, const Quantity& quantity) {
   if (auto found = find_column(table, quantity)) return *std::move(found);
   throw InputError(fmt::format(
-      "{}: no column tells {}; call it {}{}. The columns are {}.",
+      "{}: no column tells {}; call it {}{}.{} The columns are {}{}.",
       table.file().string(),
       quantity.words,
       spellings(quantity),
       quantity.names.size() > 1
           ? fmt::format(" (other names: {})", fmt::join(quantity.names.subspan(1), ", "))
           : std::string(),
-      fmt::join(table.columns(), ", ")));
+      near_miss(table, quantity),
+      fmt::join(table.columns(), ", "),
+      table.header_words()));
 }
 
 std::optional<std::vector<double>> find_quantity(const Table& table, const Quantity& quantity) {

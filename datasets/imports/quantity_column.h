@@ -27,11 +27,11 @@ struct QuantityColumn {
   Unit unit;
 };
 
-// Empty where there is no such column. Throws InputError where two columns would do, or where one
-// has the name and a unit that is not among the units.
+// Empty where there is no such column, or none with a value in it. Throws InputError where two
+// columns would do, or where one has the name and a unit that is not among the units.
 std::optional<QuantityColumn> find_column(const Table& table, const Quantity& quantity);
 
-// As above, but the column must be there.
+// As above, but the column must be there and have a value.
 QuantityColumn required_column(const Table& table, const Quantity& quantity);
 
 // In SI, one value a row; empty where there is no such column. Throws InputError where two columns

@@ -32,6 +32,7 @@ class TrackReader {
       throw InputError(
           fmt::format("{}: the file has a header but no rows.", table_.file().string()));
     }
+    result_.notes = table_.notes();
     find_columns();
     find_frames();
     find_particles();
@@ -91,7 +92,8 @@ class TrackReader {
   }
 
   bool is_constant(const std::string& column) const {
-    const std::vector<double> values = table_.numbers(column);
+    std::vector<double> values = table_.numbers(column);
+    std::erase_if(values, [](double value) { return std::isnan(value); });
     return std::all_of(
         values.begin(), values.end(), [&](double value) { return value == values.front(); });
   }
@@ -181,6 +183,65 @@ class TrackReader {
       frame_of_key_[at] = times_.size();
       times_.push_back(when);
     }
+    if (!by_rate) compare_clocks(time->column, frame ? &time_of_key : nullptr);
+  }
+
+  // TrackMate and ImageJ write one second a frame where a film has no clock.
+  void note_missing_clock(const std::string& time, const std::map<double, double>& frames) {
+    const bool is_one_second = std::all_of(frames.begin(), frames.end(), [&](const auto& frame) {
+      const auto& [number, when] = frame;
+      return when - frames.begin()->second == number - frames.begin()->first;
+    });
+    if (!is_one_second) return;
+    result_.notes.push_back(fmt::format(
+        "{}: by column '{}' there is one frame a second, which is also what is written for a film "
+        "without a clock; if that is so, give the replicate frame_rate_hz.",
+        table_.file().string(),
+        time));
+  }
+
+  // The file's own clock beside the frame rate that is stated. `frames` are the times of the
+  // frames, where the file numbers them. One of the two is wrong if they part by more than a frame
+  // over the recording. A nominal rate may be off by 0.2 %: 29.97 Hz are called 30.
+  void compare_clocks(const std::string& time, const std::map<double, double>* frames) {
+    constexpr double nominal = 2e-3;
+    const double rate = source_.frame_rate.value_or(source_.usual_frame_rate);
+    if (times_.size() < 2) return;
+    if (!(rate > 0.0)) {
+      if (frames && !result_.numbered_by_place) note_missing_clock(time, *frames);
+      return;
+    }
+    const double duration = times_.back() - times_.front();
+    double counted = 0.0;  // frames that the recording has by the file
+    if (frames) {
+      counted = frames->rbegin()->first - frames->begin()->first;
+    } else {
+      // Not every frame need be in the file: each step is the nearest whole number of frames.
+      for (std::size_t i = 1; i < times_.size(); ++i)
+        counted += std::round((times_[i] - times_[i - 1]) * rate);
+    }
+    const double expected = duration * rate;
+    const double every = counted / static_cast<double>(times_.size() - 1);
+    if (std::abs(expected - counted) > std::max(1.0, nominal * expected)) {
+      throw InputError(fmt::format(
+          "{}: by column '{}' the file has {:.4g} frames a second, but the stated frame_rate_hz is "
+          "{:.4g}; give the replicate the frame_rate_hz that is right.",
+          table_.file().string(),
+          time,
+          static_cast<double>(frames ? counted : times_.size() - 1.0) / duration,
+          rate));
+    }
+    if (!frames && every >= 1.5) {
+      result_.notes.push_back(fmt::format(
+          "{}: by column '{}' there is a place every {:.4g} s, so only every {:.3g}th frame of "
+          "{:.4g} Hz would be in the file. If it holds every frame, its clock is wrong: give the "
+          "replicate frame_rate_hz and the file a column frame.",
+          table_.file().string(),
+          time,
+          duration / static_cast<double>(times_.size() - 1),
+          every,
+          rate));
+    }
   }
 
   void find_particles() {
@@ -266,8 +327,8 @@ class TrackReader {
 }  // namespace
 
 ReadTracks read_track_file(const std::filesystem::path& file, const TrackSource& source) {
-  const bool is_xml = file.extension() == ".xml" || file.extension() == ".XML";
-  const Table table = is_xml ? read_trackmate_xml(file) : without_trackmate_headers(read_csv(file));
+  const Table table =
+      is_xml(file) ? read_trackmate_xml(file) : without_trackmate_headers(read_csv(file));
   return TrackReader(table, source).read();
 }
 

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <cctype>
+#include <fstream>
 #include <pugixml.hpp>
 
 #include "datasets/imports/column_names.h"
 #include "datasets/store/input_error.h"
-#include "datasets/store/run_folder.h"
+#include "datasets/store/text_file.h"
 
 namespace graintruth::datasets {
 
@@ -16,20 +18,21 @@ namespace {
 
 constexpr std::size_t further_header_rows = 3;
 
-bool is_number(const Table& table, std::size_t row, std::string_view column) {
-  try {
-    return std::isfinite(table.number(row, column));
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
 // An XML file that knows where its nodes stand.
 class XmlFile {
  public:
-  explicit XmlFile(const std::filesystem::path& file) : file_(file), content_(read_whole(file)) {
-    const pugi::xml_parse_result parsed = document_.load_buffer(content_.data(), content_.size());
-    if (!parsed) fail(parsed.offset, fmt::format("is no XML: {}", parsed.description()));
+  explicit XmlFile(const std::filesystem::path& file)
+      : file_(file),
+        content_(
+            read_text(file, "choose 'Export tracks to XML file' among TrackMate's actions").text) {
+    const pugi::xml_parse_result parsed = document_.load_buffer(
+        content_.data(), content_.size(), pugi::parse_default, pugi::encoding_utf8);
+    if (const std::size_t at = content_.find("<!ENTITY"); at != std::string::npos)
+      fail(static_cast<std::ptrdiff_t>(at), "declares entities, which no file of tracks needs");
+    if (!parsed)
+      fail(parsed.offset,
+           fmt::format("is no XML: {}; it may have broken off, so export or copy it anew",
+                       parsed.description()));
   }
 
   pugi::xml_node root() const { return document_.document_element(); }
@@ -83,7 +86,7 @@ std::string column_in_unit(const XmlFile& xml,
 Table without_trackmate_headers(Table table) {
   const bool is_trackmate = table.has("TRACK_ID") && table.has("POSITION_X") &&
                             table.rows() >= further_header_rows &&
-                            !is_number(table, 0, "POSITION_X");
+                            !table.is_number(0, "POSITION_X");
   if (!is_trackmate) return table;
 
   // 1. Units from the last of the headers: "(micron)", "(sec)"; other brackets are no units
@@ -98,7 +101,7 @@ Table without_trackmate_headers(Table table) {
     }
   }
   // 2. Spots of tracks
-  Table tracks(std::move(columns), table.file());
+  Table tracks = table.emptied(std::move(columns));
   for (std::size_t row = further_header_rows; row < table.rows(); ++row) {
     const std::string& track = table.text(row, "TRACK_ID");
     if (track.empty() || track == "None") continue;
@@ -113,6 +116,19 @@ Table without_trackmate_headers(Table table) {
                     table.file().string()));
   }
   return tracks;
+}
+
+bool is_xml(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& letter : extension)
+    letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  if (extension == ".xml") return true;
+  std::ifstream stream(file, std::ios::binary);
+  std::array<char, 512> begin{};
+  stream.read(begin.data(), begin.size());
+  const std::string_view text(begin.data(), static_cast<std::size_t>(stream.gcount()));
+  return text.find("<?xml") != std::string_view::npos ||
+         text.find("<Tracks") != std::string_view::npos;
 }
 
 Table read_trackmate_xml(const std::filesystem::path& file) {

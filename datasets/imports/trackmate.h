@@ -12,6 +12,9 @@ namespace graintruth::datasets {
 // comes back as it is. Throws InputError where a table of TrackMate holds no tracks.
 Table without_trackmate_headers(Table table);
 
+// Whether a file is XML, by its name or by what it begins with.
+bool is_xml(const std::filesystem::path& file);
+
 // "Export tracks to XML file": <Tracks> with attributes spaceUnits, frameInterval, timeUnits, and
 // <particle><detection t x y z/></particle>, t counted in frames. Throws InputError with file and
 // line for anything else.

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -38,6 +39,7 @@ struct RigContext {
   std::filesystem::path folder;                          // of the experiment file
   const Particle* particle = nullptr;                    // null where the rig brings the grains
   std::vector<std::filesystem::path>* inputs = nullptr;  // other files that were read
+  std::vector<std::string>* notes = nullptr;             // sentences on how they were understood
 };
 
 struct RigKind {

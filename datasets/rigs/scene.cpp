@@ -33,6 +33,8 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
     context.inputs->push_back(file);
     context.inputs->insert(context.inputs->end(), scene.inputs.begin(), scene.inputs.end());
   }
+  if (context.notes)
+    context.notes->insert(context.notes->end(), scene.warnings.begin(), scene.warnings.end());
   rig.scene = scene;
   rig.gravity = scene.gravity.norm();
   rig.walls = seen_walls(scene);

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "datasets/store/input_error.h"
-#include "datasets/store/run_folder.h"
+#include "datasets/store/text_file.h"
 #include "datasets/store/toml_section.h"
 
 namespace graintruth::datasets {
@@ -291,12 +291,11 @@ void check_deck(const Deck& deck, int last_line) {
 Deck read_deck(const std::filesystem::path& file) {
   Deck deck;
   deck.file = file;
-  std::istringstream stream(read_whole(file));
+  std::istringstream stream(read_text(file, "save it as plain text").text);
   std::string text;
   int line = 0;
   while (std::getline(stream, text)) {
     ++line;
-    if (!text.empty() && text.back() == '\r') text.pop_back();
     if (line == 2) {
       deck.title = text;
       continue;

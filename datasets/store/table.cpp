@@ -2,21 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "datasets/store/input_error.h"
 
 namespace graintruth::datasets {
 
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 std::string joined(const std::vector<std::string>& names) {
   std::string all;
@@ -35,8 +28,11 @@ bool Table::has(std::string_view column) const {
 std::size_t Table::column_index(std::string_view column) const {
   for (std::size_t i = 0; i < columns_.size(); ++i)
     if (columns_[i] == column) return i;
-  throw InputError(fmt::format(
-      "{}: column '{}' is missing; the columns are {}.", file_.string(), column, joined(columns_)));
+  throw InputError(fmt::format("{}: column '{}' is missing; the columns are {}{}.",
+                               file_.string(),
+                               column,
+                               joined(columns_),
+                               header_words()));
 }
 
 const std::string& Table::text(std::size_t row, std::string_view column) const {
@@ -44,23 +40,39 @@ const std::string& Table::text(std::size_t row, std::string_view column) const {
 }
 
 double Table::number(std::size_t row, std::string_view column) const {
-  const std::string_view cell = trimmed(text(row, column));
-  if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::string digits(cell.front() == '+' ? cell.substr(1) : cell);
-  if (decimal_comma_ && digits.find('.') == std::string::npos) {
-    const std::size_t comma = digits.find(',');
-    if (comma != std::string::npos) digits[comma] = '.';
-  }
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size()) {
-    throw InputError(fmt::format("{}:{}: column '{}' holds '{}', but a number is needed.",
-                                 file_.string(),
-                                 lines_.at(row),
-                                 column,
-                                 cell));
-  }
-  return value;
+  const std::string& cell = text(row, column);
+  if (const auto value = read_numeral(cell, style_)) return *value;
+  const bool is_unclear = !style_.complaint.empty() && is_numeral(cell);
+  throw InputError(fmt::format("{}:{}: column '{}' holds '{}', {}.",
+                               file_.string(),
+                               lines_.at(row),
+                               column,
+                               cell,
+                               is_unclear ? style_.complaint : "but a number is needed"));
+}
+
+bool Table::is_number(std::size_t row, std::string_view column) const {
+  const std::string& cell = text(row, column);
+  return !is_missing(cell) && is_numeral(cell);
+}
+
+bool Table::is_blank(std::string_view column) const {
+  const std::size_t index = column_index(column);
+  return !cells_.empty() && std::all_of(cells_.begin(), cells_.end(), [&](const auto& row) {
+    return is_missing(row[index]);
+  });
+}
+
+std::string Table::header_words() const {
+  return header_line_ > 0 ? fmt::format(" (line {} was taken for the header)", header_line_) : "";
+}
+
+Table Table::emptied(std::vector<std::string> columns) const {
+  Table other(std::move(columns), file_);
+  other.notes_ = notes_;
+  other.header_line_ = header_line_;
+  other.style_ = style_;
+  return other;
 }
 
 int Table::integer(std::size_t row, std::string_view column) const {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "datasets/store/input_error.h"
-#include "datasets/store/run_folder.h"
+#include "datasets/store/text_file.h"
 
 namespace graintruth::datasets {
 
@@ -327,7 +327,7 @@ std::optional<std::vector<std::string>> TomlSection::optional_texts(std::string_
 namespace {
 
 toml::table parsed(const std::filesystem::path& file) {
-  const std::string content = read_whole(file);
+  const std::string content = read_text(file, "save it as plain text").text;
   try {
     return toml::parse(std::string_view(content), file.string());
   } catch (const toml::parse_error& error) {

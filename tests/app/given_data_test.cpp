@@ -193,6 +193,35 @@ TEST_F(GivenTracks, ThatCannotBeUsedAreRefusedInOneSentence) {
   expect_refusal(calibrate(text), {"rep3.csv", "no rows"});
 }
 
+std::string pixels_called_millimetres(const std::vector<Seen>& all) {
+  std::vector<Seen> scaled = all;
+  for (Seen& one : scaled) {
+    one.column *= scale;
+    one.row *= scale;
+  }
+  return trackmate(scaled);
+}
+
+std::string without_a_clock(const std::vector<Seen>& all) {
+  return with(trackmate_xml(all),
+              fmt::format("frameInterval=\"{}\"", 1.0 / frame_rate),
+              "frameInterval=\"1.0\"");
+}
+
+// What the file says of time and place against what the experiment file says
+TEST_F(GivenTracks, WithAnotherClockOrScaleThanStatedAreRefused) {
+  const std::string no_clock = experiment("xml", pixels, without_a_clock);
+  expect_refusal(calibrate(no_clock), {"rep1.xml", "1 frames a second", "frame_rate_hz is 50"});
+  expect_refusal(
+      calibrate(experiment("csv", "origin_mm = [160, 124]\n", pixels_called_millimetres)),
+      {"rep1.csv", "spread over", "[[start]]", "scale_px_per_mm"});
+  expect_refusal(
+      calibrate(experiment("csv", "scale_px_per_mm = 25\norigin_px = [400, 310]\n", trackpy)),
+      {"rep1.csv", "spread over", "[[start]]"});
+  expect_truth(experiment("xml", std::string(pixels) + "frame_rate_hz = 50\n", without_a_clock),
+               false);
+}
+
 // Angles that nobody tracked come from the stated starting places, or there is nothing to start
 // from.
 TEST_F(GivenTracks, WithoutAnglesNeedStartingPlaces) {

@@ -136,8 +136,10 @@ TEST(TrackFile, OfTrackMatesXmlTellsItsUnitsItself) {
   const std::string head =
       "nTracks=\"2\" spaceUnits=\"pixel\" frameInterval=\"0.02\" timeUnits=\"sec\"";
   TrackSource source = picture();
-  source.usual_frame_rate = 7.0;  // the file knows better
   expect_the_two(read_track_file(folder.write("t.xml", xml(head, detections)), source));
+  source.usual_frame_rate = 7.0;  // the camera's: one of the two is wrong
+  expect_words(complaint_about(folder / "t.xml", source),
+               {"t.xml", "50 frames a second", "frame_rate_hz is 7"});
   // What the laboratory says of this very file counts more: a film in slow motion.
   source.frame_rate = 100.0;
   source.event_time = 0.01;
@@ -161,6 +163,35 @@ TEST(TrackFile, XmlOfAnotherKindIsRefusedWithItsLine) {
           folder.write("e.xml", xml(head, "<particle>\n<detection t=\"0\" x=\"1\"/>\n</particle>")),
           {}),
       {"e.xml:4:", "no attribute 'y'"});
+  const std::string whole = xml(head, detections);
+  for (const std::size_t share : {2U, 3U, 5U})  // broken off
+    expect_words(
+        complaint_about(folder.write("f.xml", whole.substr(0, whole.size() * share / 6)), {}),
+        {"f.xml:", "no XML", "broken off"});
+  expect_words(complaint_about(folder.write("g.xml",
+                                            "<!DOCTYPE Tracks [<!ENTITY a \"ha\"><!ENTITY b "
+                                            "\"&a;&a;&a;&a;\">]>\n<Tracks>&b;</Tracks>\n"),
+                               {}),
+               {"g.xml:1:", "entities"});
+  expect_words(
+      complaint_about(folder.write("h.xml", xml(head, "<particle><detection></particle>")), {}),
+      {"h.xml:3:", "no XML"});
+  expect_words(complaint_about(folder.write("i.xml", ""), {}), {"i.xml", "no XML"});
+  expect_words(
+      complaint_about(folder.write("j.xml",
+                                   xml(head,
+                                       "<particle>\n<detection t=\"0\" x=\"left\" y=\"1\"/>\n"
+                                       "</particle>")),
+                      {}),
+      {"j.xml:4:", "'left'"});
+  // By its content, whatever it is called, and in UTF-16
+  TrackSource source = picture();
+  const std::string pixels =
+      xml("spaceUnits=\"pixel\" frameInterval=\"0.02\" timeUnits=\"sec\"", detections);
+  expect_the_two(read_track_file(folder.write("named.csv", pixels), source));
+  std::string wide = "\xff\xfe";
+  for (const char letter : pixels) (wide += letter) += '\0';
+  expect_the_two(read_track_file(folder.write("wide.xml", wide), source));
 }
 
 // Tab-separated, with the degree sign in Latin-1, and slices from 1
@@ -239,7 +270,7 @@ TEST(TrackFile, UnusableOnesAreRefusedWithTheirLine) {
   refused("y,frame,particle\n1,1,1\n", {"t.csv", "position to the right"});
   refused("x,y,z,frame,particle\n1,1,1,0,0\n1,2,3,1,0\n", {"t.csv", "'y'", "'z'", "both change"});
   refused("y,x,frame,particle\n1,left,0,0\n", {"t.csv:2:", "'x'", "left"});
-  refused("y,x,frame,particle\n1,1,,0\n", {"t.csv:2:", "'frame'", "empty"});
+  refused("y,x,frame,particle\n1,1,,0\n1,1,1,0\n", {"t.csv:2:", "'frame'", "empty"});
   refused("y,x,time_s,particle\n1,1,0,0\n1,1,nan,0\n", {"t.csv:3:", "'time_s'", "empty"});
 }
 

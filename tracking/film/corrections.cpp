@@ -33,9 +33,10 @@ std::vector<std::string> apply_corrections(const std::filesystem::path& file,
     if (!table.has(needed))
       throw InputError(
           fmt::format("{}: column '{}' is missing; corrections need frame, action and "
-                      "particle",
+                      "particle{}.",
                       file.string(),
-                      needed));
+                      needed,
+                      table.header_words()));
   }
   std::vector<std::string> applied;
   for (std::size_t row = 0; row < table.rows(); ++row) {
