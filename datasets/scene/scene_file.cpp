@@ -305,7 +305,9 @@ void read_segment(TomlSection& section, SceneWall& wall) {
 
 void read_mesh(TomlSection& section, SceneFile& scene, SceneWall& wall) {
   const std::filesystem::path file = scene.file.parent_path() / section.text("file");
-  wall.points = read_stl(file, read_length_unit(section, "file_unit"));
+  Mesh mesh = read_stl(file, read_length_unit(section, "file_unit"));
+  wall.points = std::move(mesh.corners);
+  if (!mesh.note.empty()) scene.warnings.push_back(std::move(mesh.note));
   if (const auto offset = section.optional_numbers("offset", 3, length_units)) {
     for (Vector3d& corner : wall.points) corner += vector_of(*offset);
   }

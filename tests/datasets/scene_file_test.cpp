@@ -134,8 +134,8 @@ TEST(GeometryFiles, BinaryAndTextStlAreTheSame) {
   const float numbers[12] = {0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 1};
   binary.append(reinterpret_cast<const char*>(numbers), sizeof numbers);
   binary.append(2, '\0');
-  const auto from_text = read_stl(text, 1e-3);
-  const auto from_binary = read_stl(folder.write("binary.stl", binary), 1e-3);
+  const auto from_text = read_stl(text, 1e-3).corners;
+  const auto from_binary = read_stl(folder.write("binary.stl", binary), 1e-3).corners;
   ASSERT_EQ(from_text.size(), 3u);  // the facet without area is left out
   ASSERT_EQ(from_binary.size(), 3u);
   for (int i = 0; i < 3; ++i) EXPECT_LT((from_text[i] - from_binary[i]).norm(), 1e-15);
