@@ -15,9 +15,10 @@
 namespace graintruth::tracking {
 
 struct Picture {
-  cv::Mat frame;    // 8-bit BGR
-  int number = 0;   // from 0
-  int parity = -1;  // which rows it really holds, see VideoReader
+  cv::Mat frame;        // 8-bit BGR
+  int number = 0;       // from 0
+  int parity = -1;      // which rows it really holds, see VideoReader
+  double moment = 0.0;  // when it was taken, see VideoReader
 };
 
 // A particle at a place.

@@ -8,6 +8,7 @@
 
 #include "tracking/drawing/overlay.h"
 #include "tracking/film/corrections.h"
+#include "tracking/film/recording.h"
 #include "tracking/film/video.h"
 
 namespace graintruth::tracking {
@@ -34,11 +35,13 @@ void read_through(ParticleTracker& tracker,
       camera = calibrate_on(spec.camera, frame, film);
       video.hold_steady(camera->scale.sightings);
     }
-    visit(Picture{frame, number, video.parity()});
+    if (summary) summary->clock.moments.push_back(video.moment());
+    visit(Picture{frame, number, video.parity(), video.moment()});
     if (summary && options.progress) options.progress(video.frames_read(), video.declared_frames());
     if (options.stop && options.stop()) throw Stopped{};
   }
   if (!summary) return;
+  require_motion(spec, film, video.frames_read());
   summary->width = video.width();
   summary->height = video.height();
   summary->frames_declared = video.declared_frames();
@@ -46,6 +49,8 @@ void read_through(ParticleTracker& tracker,
   summary->frame_rate_hz = spec.camera.frame_rate;
   summary->frame_rate_declared_hz = video.declared_frame_rate();
   summary->repeated_frames = video.repeated_frames();
+  summary->clock.changes = video.changes();
+  summary->clock.pictures_a_frame = video.scan() == Scan::progressive ? 1 : 2;
   for (std::string& sentence : video.warnings()) summary->warn(std::move(sentence));
   if (video.steady()) describe_steadiness(*video.steady(), *summary);
 }
@@ -57,8 +62,15 @@ void draw_findings(const ParticleTracker& tracker,
                    const TrackingOptions& options) {
   const TrackingSummary& summary = tracked.summary;
   const int last = summary.frames_read - 1;
-  const int event_frame = std::clamp(
-      static_cast<int>(std::lround(summary.event_time_s * summary.frame_rate_hz)), 0, last);
+  const double event = summary.event_time_s * summary.frame_rate_hz;
+  const auto& moments = summary.clock.moments;
+  const auto event_frame =
+      static_cast<int>(std::min_element(moments.begin(),
+                                        moments.end(),
+                                        [&](double one, double other) {
+                                          return std::abs(one - event) < std::abs(other - event);
+                                        }) -
+                       moments.begin());
   OverlayFiles files;
   files.film = options.overlay_file;
   files.frame_rate = summary.frame_rate_hz;

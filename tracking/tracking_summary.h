@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tracking/film/clock.h"
+
 namespace graintruth::tracking {
 
 enum class Grade { ok, warn, fail };
@@ -35,6 +37,7 @@ struct TrackingSummary {
   int frames_declared = 0, frames_read = 0;
   double frame_rate_hz = 0.0, frame_rate_declared_hz = 0.0;
   std::vector<int> repeated_frames;
+  PictureClock clock;
 
   // Particles
   int particles = 0;

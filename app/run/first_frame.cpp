@@ -8,6 +8,7 @@
 
 #include "datasets/store/input_error.h"
 #include "tracking/drawing/drawing.h"
+#include "tracking/film/recording.h"
 #include "tracking/film/video.h"
 #include "tracking/registry.h"
 #include "tracking/view/scale.h"
@@ -107,7 +108,8 @@ void write_picture(const std::filesystem::path& file, const cv::Mat& picture) {
 }  // namespace
 
 void require_first_frame(const datasets::TrackingSpec& spec, const datasets::Film& film) {
-  tracking::VideoReader(film.video, spec.camera.frame_rate);
+  const tracking::VideoReader reader(film.video, spec.camera.frame_rate);
+  tracking::require_motion(spec, film, reader.declared_frames());
 }
 
 FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
@@ -117,10 +119,7 @@ FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
   tracking::VideoReader reader(film.video, spec.camera.frame_rate);
   cv::Mat picture;
   reader.read(picture);
-  FirstFrame frame{.width = reader.width(),
-                   .height = reader.height(),
-                   .declared_frames = reader.declared_frames(),
-                   .declared_frame_rate = reader.declared_frame_rate()};
+  FirstFrame frame{.width = reader.width(), .height = reader.height()};
 
   // 2. The camera
   const tracking::SeenScale seen = tracking::look_for_scale(spec.camera, picture, film);
@@ -153,6 +152,14 @@ FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
       draw_ring(picture, dot.centre, 0.5 * dot.diameter, missed_colour, 1);
   }
   write_picture(picture_file, picture);
+
+  // 4. The film to its end, as whoever tracks it will read it
+  while (reader.read(picture)) {
+  }
+  tracking::require_motion(spec, film, reader.frames_read());
+  frame.frames = reader.frames_read();
+  frame.length = (reader.moment() + 1.0) / spec.camera.frame_rate;
+  frame.warnings = reader.warnings();
   return frame;
 }
 

@@ -152,12 +152,12 @@ std::optional<double> check_film(const Experiment& experiment,
     return std::nullopt;
   }
   const std::string& film = replicate.video.string();
-  const double length = frame.declared_frames / spec.camera.frame_rate;
+  const double length = frame.length;
   fmt::print("{:<11} {} x {} px, {} frames = {:.2f} s, {} of {} {} found",
              replicate.name,
              frame.width,
              frame.height,
-             frame.declared_frames,
+             frame.frames,
              length,
              frame.found,
              frame.given,
@@ -177,7 +177,7 @@ std::optional<double> check_film(const Experiment& experiment,
                     1e3 * *frame.residual));
   }
   const double last = experiment.measurement.last_time();
-  if (is_measured_at_moments(experiment) && frame.declared_frames > 0 && length < last) {
+  if (is_measured_at_moments(experiment) && length < last) {
     findings.missing.push_back(fmt::format(
         "{}: the film lasts {:.2f} s, but the comparison needs {:.2f} s after the start event; "
         "lower measure.frames or film for longer.",
@@ -185,15 +185,8 @@ std::optional<double> check_film(const Experiment& experiment,
         length,
         last));
   }
-  const double declared = frame.declared_frame_rate;
-  if (declared > 0.0 && std::abs(declared / spec.camera.frame_rate - 1.0) > 0.01) {
-    findings.doubtful.push_back(
-        fmt::format("{}: the film's header says {:.4g} frames/s, the experiment file {:.4g}; the "
-                    "experiment file is believed.",
-                    film,
-                    declared,
-                    spec.camera.frame_rate));
-  }
+  for (const std::string& sentence : frame.warnings)
+    findings.doubtful.push_back(fmt::format("{}: {}", film, sentence));
   return length;
 }
 

@@ -8,9 +8,12 @@
 namespace graintruth::datasets {
 
 // The pictures that a path names: of a folder all of them; of "folder/name*.png" those that fit,
-// the star standing for anything. In the order of their names, numbers by value: 2 before 10. None
-// where the path is a file or nothing.
+// the star standing for anything; of "folder/name%04d.png" those that are numbered so. In the order
+// of their names, numbers by value: 2 before 10. None where the path is a file or nothing.
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& path);
+
+// The number by which the names of these pictures differ; none where they differ by anything else.
+std::vector<long> numbers_of(const std::vector<std::filesystem::path>& pictures);
 
 // Whether the path names a file, or pictures.
 bool is_film(const std::filesystem::path& path);

@@ -78,7 +78,8 @@ void read_source(TomlSection& section, Replicate& replicate) {
 
 // Of pictures that a pattern names that of their folder.
 std::string usual_name(const std::filesystem::path& file) {
-  const bool is_pattern = file.filename().string().find('*') != std::string::npos;
+  const bool is_pattern = file.filename().string().find_first_of("*%") != std::string::npos &&
+                          !std::filesystem::is_regular_file(file);
   const bool is_folder = !file.has_filename();  // its path ends with a slash
   return (is_pattern || is_folder ? file.parent_path().filename() : file.stem()).string();
 }

@@ -216,6 +216,10 @@ TEST_F(TrackedFilmFile, TakesPicturesForAFilm) {
   ASSERT_EQ(pictures.size(), 3U);  // no text among them
   EXPECT_EQ(pictures[2].filename(), "board10.png");
   EXPECT_EQ(pictures_of(folder_ / "board1*.png").size(), 2U);
+  EXPECT_EQ(load_film("board%d.png").name, folder_.path().filename());
+  EXPECT_EQ(pictures_of(folder_ / "board%d.png"), pictures);
+  EXPECT_EQ(pictures_of(folder_ / "board%02d.png").size(), 1U);  // 10 alone has two digits
+  EXPECT_EQ(numbers_of(pictures), std::vector<long>({1, 2, 10}));
   const std::string before = film_hash(folder_ / "board*.png");
   folder_.write("board2.png", "another");
   EXPECT_NE(film_hash(folder_ / "board*.png"), before);

@@ -109,7 +109,7 @@ TEST_F(BundledFilm, IsTrackedAsItWas) {
   EXPECT_NEAR(last.z, -0.207771627, 1e-7) << bump_it;
   EXPECT_NEAR(last.angle, 3.149293391, 1e-5) << bump_it;
   EXPECT_NEAR(other.x, 0.079697e-3, 1e-7) << bump_it;
-  EXPECT_EQ(datasets::tracker_version, 7) << "Renew the golden values of this test.";
+  EXPECT_EQ(datasets::tracker_version, 8) << "Renew the golden values of this test.";
 }
 
 TEST_F(BundledFilm, IsTrackedInTheNoiseOfLittleLight) {

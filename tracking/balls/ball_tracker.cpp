@@ -71,7 +71,7 @@ void BallTracker::find_first(const Picture& picture,
 }
 
 void BallTracker::follow(const Picture& picture) {
-  view_->watch_face(picture.frame);
+  view_->watch_face(picture.frame, picture.moment);
   follower_->follow(picture.frame, picture.number);
 }
 
@@ -87,7 +87,7 @@ datasets::Trajectories BallTracker::finish(TrackingSummary& summary) {
   count_doubts(out, view_->shape, summary);
   const double pixel = 1.0e-3 / summary.scale_px_per_mm;  // m
   for (std::string& sentence :
-       tracking::describe(find_clock_faults(out, pixel), summary.repeated_frames))
+       tracking::describe(find_clock_faults(out, pixel, summary.clock), summary.repeated_frames))
     summary.warn(std::move(sentence));
   judge(summary);
   return out;
@@ -111,8 +111,8 @@ datasets::Trajectories BallTracker::solve_poses(double zero, TrackingSummary& su
   const int count = view_->count;
   datasets::Trajectories out =
       datasets::make_trajectories(static_cast<std::size_t>(frames), count, true);
-  for (int k = 0; k < frames; ++k)
-    out.time[static_cast<std::size_t>(k)] = k / spec_.camera.frame_rate - zero;
+  for (std::size_t k = 0; k < out.frames(); ++k)
+    out.time[k] = summary.clock.moments[k] / spec_.camera.frame_rate - zero;
   // Real balls differ: masses go with r^3, so the centre of mass moves along the axis by 3/4 of the
   // separation times the relative difference of the two radii.
   const double mass_shift =

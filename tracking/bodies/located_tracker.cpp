@@ -59,13 +59,15 @@ datasets::Trajectories LocatedTracker::finish(TrackingSummary& summary) {
   count_seen(out, summary);
   // Time zero
   const Event start = start_of_a_film(
-      find_first_motion(out, lens(), spec_.camera.frame_rate), spec_.camera, summary);
+      find_first_motion(out, lens(), spec_.camera.frame_rate, summary.clock.moments),
+      spec_.camera,
+      summary);
   summary.event_time_s = start.time;
   summary.event_uncertainty_s = start.uncertainty;
   summary.event_source = start.how;
   for (double& time : out.time) time -= start.time;
-  for (std::string& sentence :
-       tracking::describe(find_clock_faults(out, 1.0 / scale_), summary.repeated_frames))
+  for (std::string& sentence : tracking::describe(
+           find_clock_faults(out, 1.0 / scale_, summary.clock), summary.repeated_frames))
     summary.warn(std::move(sentence));
   return out;
 }
@@ -105,7 +107,7 @@ datasets::Trajectories LocatedTracker::trajectories_of(TrackingSummary& summary)
   datasets::Trajectories out =
       datasets::make_trajectories(frames_.size(), static_cast<int>(numbered.size()), true);
   for (std::size_t k = 0; k < frames_.size(); ++k) {
-    out.time[k] = static_cast<double>(k) / spec_.camera.frame_rate;
+    out.time[k] = summary.clock.moments[k] / spec_.camera.frame_rate;
     for (std::size_t p = 0; p < numbered.size(); ++p) {
       if (numbered[p] == nullptr || (*numbered[p])[k] < 0) continue;
       const Sighting& sighting = frames_[k][static_cast<std::size_t>((*numbered[p])[k])];

@@ -56,15 +56,15 @@ std::vector<double> downward_gradient(const cv::Mat& grey,
 
 }  // namespace
 
-double FaceWatcher::measure(const cv::Mat& grey, const Camera& camera) {
+double FaceWatcher::measure(const cv::Mat& grey, const Camera& camera, double moment) {
   const bool first = record_.time.empty();
-  record_.time.push_back(static_cast<double>(record_.time.size()) / frame_rate_);
+  record_.time.push_back(moment / frame_rate_);
   const double reference = first ? face_.face_z : last_height_;
   const double pixel = 1.0 / camera.scale(0.5 * (face_.left_x + face_.right_x), reference);  // m
   const double step = 0.5 * pixel;
   // First frame: the rig was measured to some millimetres, and the front edge of a deep face shows
   // parallax. Later: a frame's travel, and as much again for every frame in which it was not seen.
-  const double travel = face_.velocity_z / frame_rate_ * (1 + lost_);
+  const double travel = face_.velocity_z / frame_rate_ * (moment - last_seen_);
   constexpr double rig_tolerance = 5.0e-3;  // m
   const double up = first ? rig_tolerance : 2.0 * pixel + std::max(0.0, 1.3 * travel);
   const double down = first ? rig_tolerance : 2.0 * pixel + std::max(0.0, -1.3 * travel);
@@ -100,10 +100,9 @@ double FaceWatcher::measure(const cv::Mat& grey, const Camera& camera) {
   }
   if (std::isfinite(height)) {
     last_height_ = height;
-    lost_ = 0;
-  } else {
-    if (first) last_height_ = face_.face_z;
-    ++lost_;
+    last_seen_ = moment;
+  } else if (first) {
+    last_height_ = face_.face_z;
   }
   record_.height.push_back(height);
   return height;

@@ -24,9 +24,9 @@ class FaceWatcher {
  public:
   FaceWatcher(const datasets::MovingFace& face, double rate) : face_(face), frame_rate_(rate) {}
 
-  // Measures the face in the next frame; `grey` is 8 bit. Returns the height of the edge, m, or
-  // NaN.
-  double measure(const cv::Mat& grey, const Camera& camera);
+  // Measures the face in the next frame, taken so many intervals of the frame rate after the first;
+  // `grey` is 8 bit. Returns the height of the edge, m, or NaN.
+  double measure(const cv::Mat& grey, const Camera& camera, double moment);
 
   const HeightRecord& record() const { return record_; }
   double last_height() const { return last_height_; }
@@ -37,7 +37,7 @@ class FaceWatcher {
   double sign_ = 0.0;      // +1: brighter below the edge
   double strength_ = 0.0;  // grey levels a pixel, in the first frame
   double last_height_ = 0.0;
-  int lost_ = 0;
+  double last_seen_ = -1.0;  // moment
   HeightRecord record_;
 };
 

@@ -18,7 +18,8 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // When the particles that rest on the moving face at first follow it, by their mean height.
 std::optional<Event> fit_onset_of_resting(const FilmView& view,
-                                          const std::vector<BodyTrack>& tracks) {
+                                          const std::vector<BodyTrack>& tracks,
+                                          const std::vector<double>& moments) {
   const datasets::MovingFace& face = *view.spec.rig.face;
   const double interval = 1.0 / view.spec.camera.frame_rate;
   HeightRecord resting;
@@ -41,7 +42,7 @@ std::optional<Event> fit_onset_of_resting(const FilmView& view,
       const auto& fit = tracks[body].fits[frame];
       sum += fit ? fit->pose.z : nan;
     }
-    resting.time.push_back(static_cast<double>(frame) * interval);
+    resting.time.push_back(moments[frame] * interval);
     resting.height.push_back(sum / static_cast<double>(on_face.size()));
   }
   return fit_onset(resting, face.velocity_z);
@@ -114,12 +115,15 @@ void compare_with_noted(const Event& event,
 
 std::optional<Event> find_first_motion(const datasets::Trajectories& tracks,
                                        const Camera& camera,
-                                       double frame_rate) {
+                                       double frame_rate,
+                                       const std::vector<double>& moments) {
   const int earliest = first_moved_frame(tracks, camera);
   if (earliest <= 1) return std::nullopt;
   Event event;
-  event.time = (earliest - 0.5) / frame_rate;
-  event.uncertainty = 1.0 / frame_rate;
+  const double before = moments[static_cast<std::size_t>(earliest) - 1],
+               moved = moments[static_cast<std::size_t>(earliest)];
+  event.time = 0.5 * (before + moved) / frame_rate;
+  event.uncertainty = (moved - before) / frame_rate;
   event.how = "first motion";
   return event;
 }
@@ -151,7 +155,7 @@ Event find_start(const FilmView& view,
     const datasets::MovingFace& face = *view.spec.rig.face;
     event = fit_onset(view.face->record(), face.velocity_z);
     // Second witness: the particles that rest on the face at first
-    const std::optional<Event> witness = fit_onset_of_resting(view, tracks);
+    const std::optional<Event> witness = fit_onset_of_resting(view, tracks, summary.clock.moments);
     if (!event && witness) {
       event = witness;
       event->how = "particles on the piston";
@@ -176,7 +180,8 @@ Event find_start(const FilmView& view,
                       1.0e3 * face.velocity_z));
     }
   } else {
-    event = find_first_motion(places_of(tracks), view.lens(), view.spec.camera.frame_rate);
+    event = find_first_motion(
+        places_of(tracks), view.lens(), view.spec.camera.frame_rate, summary.clock.moments);
   }
   // Without a rig there is nothing that a start could be of
   const datasets::SeenRig& rig = view.spec.rig;

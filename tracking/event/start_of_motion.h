@@ -14,7 +14,8 @@ namespace graintruth::tracking {
 // on.
 std::optional<Event> find_first_motion(const datasets::Trajectories& tracks,
                                        const Camera& camera,
-                                       double frame_rate);
+                                       double frame_rate,
+                                       const std::vector<double>& moments);
 
 // Time zero of a film that need not show a start: what was found, what the laboratory noted, or the
 // first frame.

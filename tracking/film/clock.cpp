@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "tracking/film/video.h"
+#include "tracking/median.h"
 
 namespace graintruth::tracking {
 
@@ -38,35 +39,122 @@ class Steps {
   const datasets::Trajectories& tracks_;
 };
 
+// What a particle's step into a frame should have been by those before and after, and was.
+struct Share {
+  std::size_t particle = 0;
+  double expected = 0.0;  // m
+  double share = 0.0;     // of it, along its direction
+};
+
+std::vector<Share> shares_into(const Steps& steps, std::size_t frame, int particles, double least) {
+  std::vector<Share> shares;
+  for (std::size_t particle = 0; particle < static_cast<std::size_t>(particles); ++particle) {
+    const auto step = steps.into(frame, particle);
+    const auto before = steps.usual(frame - 1, frame - 2, particle);
+    const auto after = steps.usual(frame + 1, frame + 2, particle);
+    if (!step || !before || !after || before->dot(*after) <= 0.0) continue;
+    if (std::min(before->norm(), after->norm()) < least) continue;
+    const Eigen::Vector2d expected = 0.5 * (*before + *after);
+    shares.push_back({particle, expected.norm(), step->dot(expected) / expected.squaredNorm()});
+  }
+  return shares;
+}
+
+// By how much steps differ from what is expected, m, one standard deviation, of each particle; of
+// those that are rarely seen moving that of all.
+std::vector<double> noise_of(const std::vector<std::vector<Share>>& frames, int particles) {
+  constexpr std::size_t enough = 8;               // steps
+  constexpr double deviation_of_median = 1.4826;  // of a normal distribution
+  std::vector<std::vector<double>> misses(static_cast<std::size_t>(particles));
+  std::vector<double> all;
+  for (const auto& shares : frames) {
+    for (const Share& one : shares) {
+      const double miss = std::abs(one.share - 1.0) * one.expected;
+      misses[one.particle].push_back(miss);
+      all.push_back(miss);
+    }
+  }
+  const double usual = deviation_of_median * median(all);
+  std::vector<double> noise;
+  for (auto& list : misses)
+    noise.push_back(list.size() < enough ? usual : deviation_of_median * median(std::move(list)));
+  return noise;
+}
+
+// Whether these particles moved `times` as far as they should have: three in four do so within
+// their noise, and stand out of it.
+bool moved(const std::vector<Share>& shares, const std::vector<double>& noise, double times) {
+  constexpr double within = 0.25;  // of a step, where noise is less
+  constexpr double sigmas = 3.0;
+  std::size_t agreeing = 0;
+  for (const Share& one : shares) {
+    const double own = sigmas * noise[one.particle] / one.expected;
+    const bool fits = std::abs(one.share - times) < std::max(within, std::min(own, 0.5));
+    const bool stands_out = std::abs(one.share - 1.0) > own;
+    agreeing += fits && stands_out;
+  }
+  return 4 * agreeing >= 3 * shares.size();
+}
+
+// The change into a picture over that into its neighbours: the least and the most of theirs.
+struct Content {
+  double over_least = 1.0, over_most = 1.0;
+};
+std::optional<Content> content_at(const std::vector<double>& changes, std::size_t frame) {
+  constexpr std::size_t reach = 2;
+  if (frame < reach + 1 || frame + reach >= changes.size()) return std::nullopt;
+  double least = changes[frame - 1], most = least;
+  for (std::size_t other = frame - reach; other <= frame + reach; ++other) {
+    if (other == frame) continue;
+    least = std::min(least, changes[other]);
+    most = std::max(most, changes[other]);
+  }
+  if (!(least > 0.0)) return std::nullopt;
+  return Content{changes[frame] / least, changes[frame] / most};
+}
+
 }  // namespace
 
-ClockFaults find_clock_faults(const datasets::Trajectories& tracks, double pixel) {
+ClockFaults find_clock_faults(const datasets::Trajectories& tracks,
+                              double pixel,
+                              const PictureClock& clock) {
   constexpr double least_step = 0.5;  // px
   constexpr std::size_t fewest = 3;   // particles that move
   const Steps steps(tracks);
+  std::vector<std::vector<Share>> shares(tracks.frames());
+  for (std::size_t frame = 3; frame + 2 < tracks.frames(); ++frame)
+    shares[frame] = shares_into(steps, frame, tracks.particles, least_step * pixel);
+  const std::vector<double> noise = noise_of(shares, tracks.particles);
+  const bool has_own_stamps =
+      std::any_of(clock.moments.begin(), clock.moments.end(), [](double moment) {
+        return moment != std::floor(moment);
+      });
   ClockFaults faults;
-  std::vector<double> shares;  // of the step that is expected
   for (std::size_t frame = 3; frame + 2 < tracks.frames(); ++frame) {
-    shares.clear();
-    for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
-         ++particle) {
-      const auto step = steps.into(frame, particle);
-      const auto before = steps.usual(frame - 1, frame - 2, particle);
-      const auto after = steps.usual(frame + 1, frame + 2, particle);
-      if (!step || !before || !after || before->dot(*after) <= 0.0) continue;
-      if (std::min(before->norm(), after->norm()) < least_step * pixel) continue;
-      const Eigen::Vector2d expected = 0.5 * (*before + *after);
-      shares.push_back(step->dot(expected) / expected.squaredNorm());
-    }
-    if (shares.size() < fewest) continue;
-    std::sort(shares.begin(), shares.end());
-    const double lower = shares[shares.size() / 4];
-    const double upper = shares[shares.size() - 1 - shares.size() / 4];
+    if (shares[frame].size() < fewest) continue;
+    // Of two fields the first shows what is new in their frame
+    const auto woven = static_cast<std::size_t>(clock.pictures_a_frame);
+    const auto content = content_at(clock.changes, frame / woven);
+    if (!content || frame % woven != 0) continue;
     const auto number = static_cast<int>(frame);
-    if (upper < 0.25 && lower > -0.25) faults.repeated.push_back(number);
-    // A repeated picture that took another's place is followed by a double step: no time is lost.
-    else if (lower > 1.6 && (faults.repeated.empty() || faults.repeated.back() != number - 1))
-      faults.jumps.push_back(number);
+    // Shows less than a third of what is usual: nothing new but compression
+    constexpr double nothing_new = 0.3;
+    if (content->over_least < nothing_new && moved(shares[frame], noise, 0.0)) {
+      faults.repeated.push_back(number);
+      continue;
+    }
+    // A stamp of its own tells when each picture was taken, and a step of several intervals that
+    // pictures are lacking: no time is lost
+    if (has_own_stamps || clock.moments[frame] - clock.moments[frame - 1] != 1.0) continue;
+    // A repeated picture that took another's place is followed by a double step: no time is lost
+    if (!faults.repeated.empty() && faults.repeated.back() == number - 1) continue;
+    // Shows clearly more than any of its neighbours; twice as much where patterns are coarse
+    constexpr double clearly_more = 1.25;
+    if (content->over_most < clearly_more) continue;
+    std::vector<double> times;
+    for (const Share& one : shares[frame]) times.push_back(one.share);
+    const double whole = std::round(median(std::move(times)));
+    if (whole >= 2.0 && moved(shares[frame], noise, whole)) faults.jumps.push_back(number);
   }
   return faults;
 }

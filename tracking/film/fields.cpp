@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
+
+#include "tracking/film/film_file.h"
+#include "tracking/film/single_pictures.h"
 
 namespace graintruth::tracking {
 
@@ -61,12 +63,11 @@ Scan ScanDetector::scan() const {
 
 Scan detect_scan(const std::filesystem::path& film) {
   ScanDetector detector;
-  if (!std::filesystem::is_regular_file(film)) return detector.scan();  // single pictures
-  cv::VideoCapture capture(film.string(), cv::CAP_FFMPEG);
-  cv::Mat frame;
-  for (int number = 0; number < longest_look && !detector.is_sure() && capture.read(frame);
-       ++number)
-    detector.add(frame);
+  if (!single_pictures(film).empty()) return detector.scan();
+  FilmFile file(film);
+  StoredPicture stored;
+  for (int number = 0; number < longest_look && !detector.is_sure() && file.read(stored); ++number)
+    detector.add(stored.picture);
   return detector.scan();
 }
 

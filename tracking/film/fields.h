@@ -29,7 +29,8 @@ class ScanDetector {
   long moved_ = 0;
 };
 
-// Reads the beginning of a film until something has moved. Progressive for what is no film.
+// Reads the beginning of a film, as it is stored, until something has moved. Single pictures are
+// taken to be progressive.
 Scan detect_scan(const std::filesystem::path& film);
 
 // The rows 0, 2, 4, ... (parity 0) or 1, 3, 5, ... (parity 1) of a frame, the others filled in

@@ -9,4 +9,7 @@ namespace graintruth::tracking {
 // frames are woven of two fields and the stated rate is that of the frames.
 datasets::TrackingSpec as_recorded(datasets::TrackingSpec spec, const std::filesystem::path& video);
 
+// Throws InputError where a film of so many pictures cannot show the motion that the rig makes.
+void require_motion(const datasets::TrackingSpec& spec, const datasets::Film& film, int pictures);
+
 }  // namespace graintruth::tracking

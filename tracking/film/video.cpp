@@ -5,11 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "datasets/experiment/pictures.h"
 #include "datasets/store/input_error.h"
 #include "tracking/median.h"
 
@@ -19,15 +16,35 @@ using datasets::InputError;
 
 namespace {
 
-// A container may count a frame or two more than can be decoded; more than this share missing means
-// a cut-off file.
-constexpr double tolerated_missing_share = 0.02;
-constexpr int tolerated_missing_frames = 2;
+// Rates that differ by less are written differently: 30 for 30000/1001.
+constexpr double rates_agree_to = 0.01;
 
-// A film that is kept as pictures, or is a single one.
-std::vector<std::filesystem::path> single_pictures(const std::filesystem::path& file) {
-  if (std::filesystem::is_regular_file(file) && cv::haveImageReader(file.string())) return {file};
-  return datasets::pictures_of(file);
+bool agree(double rate, double other) { return std::abs(rate / other - 1.0) < rates_agree_to; }
+
+// Into how many intervals of one rate an interval of the other falls, if that is a whole number:
+// films of high-speed cameras are played so many times slower than they were taken.
+std::optional<int> times_faster(double rate, double other) {
+  const double ratio = rate / other;
+  const double whole = std::round(ratio);
+  if (whole < 2.0 || !agree(ratio, whole)) return std::nullopt;
+  return static_cast<int>(whole);
+}
+
+// How it comes that the film was taken at `stated` and is played at `played`, as far as that is
+// usual.
+std::optional<std::string> explained(double stated, double played) {
+  if (const auto slower = times_faster(stated, played))
+    return fmt::format("it is played {} times slower than it was taken", *slower);
+  if (const auto faster = times_faster(played, stated))
+    return fmt::format("it is played {} times faster than it was taken", *faster);
+  return std::nullopt;
+}
+
+// Where more is lost of a film than this, it is not worth being tracked.
+bool is_too_much(std::size_t lost, int frames) {
+  constexpr double tolerated_share = 0.02;
+  constexpr double tolerated_frames = 2.0;
+  return static_cast<double>(lost) > std::max(tolerated_frames, tolerated_share * frames);
 }
 
 }  // namespace
@@ -42,56 +59,139 @@ std::string listed(const std::vector<int>& frames) {
 
 VideoReader::VideoReader(const std::filesystem::path& file, double frame_rate)
     : file_(file), frame_rate_(frame_rate), pictures_(single_pictures(file)) {
-  if (pictures_.empty()) open_film();
-  declared_frames_ = pictures_.empty()
-                         ? std::max(0, static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_COUNT)))
-                         : static_cast<int>(pictures_.size());
-  if (!next_frame(first_frame_) || first_frame_.empty())
+  if (pictures_.empty())
+    open_film();
+  else
+    open_pictures();
+  if (!next_frame(first_frame_)) {
     throw InputError(fmt::format(
         "{}: holds no frame that can be decoded; record or copy the film again", file.string()));
-  size_ = first_frame_.size();
+  }
+  stored_size_ = size_ = first_frame_.size();
+  if (container_.turn.swaps_axes) std::swap(size_.width, size_.height);
 }
 
 void VideoReader::open_film() {
-  if (!std::filesystem::exists(file_))
-    throw InputError(
-        fmt::format("{}: the film does not exist; give the path of a video file", file_.string()));
-  if (std::filesystem::is_directory(file_))
+  film_.emplace(file_);
+  container_ = film_->container();
+  if (container_.is_cut_off()) {
     throw InputError(fmt::format(
-        "{}: is a folder without pictures; give the path of a video file, or of pictures",
-        file_.string()));
-  if (std::filesystem::file_size(file_) == 0)
-    throw InputError(fmt::format("{}: the file is empty; copy the film again", file_.string()));
-  capture_.open(file_.string(), cv::CAP_FFMPEG);
-  if (!capture_.isOpened()) {
-    throw InputError(
-        fmt::format("{}: cannot be opened as a film (cut off, or not a video); copy it again or "
-                    "convert it to mp4",
-                    file_.string()));
+        "{}: the film breaks off after frame {} although its header announces {} frames: the file "
+        "was cut off; copy or record it again",
+        file_.string(),
+        container_.shown - 1,
+        container_.announced));
   }
-  declared_frame_rate_ = capture_.get(cv::CAP_PROP_FPS);
+  declared_frames_ = container_.shown;
+  announced_frames_ = container_.announced;
+  declared_frame_rate_ = container_.frame_rate;
+}
+
+void VideoReader::open_pictures() {
+  declared_frames_ = announced_frames_ = static_cast<int>(pictures_.size());
+  Numbering numbering = numbering_of(pictures_);
+  moments_ = std::move(numbering.moments);
+  clock_note_ = std::move(numbering.warning);
+}
+
+// What must wait until somebody reads, as it looks at many frames.
+void VideoReader::begin() {
+  begun_ = true;
+  if (!film_) return;
+  scan_ = detect_scan(file_);
+  if (scan_ != Scan::progressive) {
+    declared_frames_ *= 2;
+    announced_frames_ *= 2;
+    declared_frame_rate_ *= 2.0;
+    if (container_.turn.swaps_axes) {
+      throw InputError(
+          fmt::format("{}: the film is interlaced and to be shown turned by {} degrees, so that "
+                      "its fields are columns; take the fields apart with a video program first",
+                      file_.string(),
+                      container_.turn.degrees()));
+    }
+  }
+  choose_clock();
+}
+
+// Even time stamps only say at what rate the film is played; the laboratory knows at which it was
+// taken. Uneven ones say when each picture was taken, in seconds, or in seconds of a film that is
+// played slower or faster.
+void VideoReader::choose_clock() {
+  uneven_ = uneven_steps(container_);
+  const std::vector<double>& times = container_.times;
+  const double stated = frame_rate_ / pictures_a_frame();
+  const double usual = container_.frame_rate;
+  const auto also = usual > 0.0 ? explained(stated, usual) : std::nullopt;
+  if (uneven_.empty()) {
+    constexpr double told_from = 0.005;
+    if (!(usual > 0.0) || std::abs(usual / stated - 1.0) <= told_from) return;
+    clock_note_ = fmt::format(
+        "The file says {:.4g} frames/s but the experiment {:.4g}{}; the experiment's rate was "
+        "used.",
+        declared_frame_rate_,
+        frame_rate_,
+        also ? ": " + *also
+        : agree(usual, stated)
+            ? ""
+            : ", which no slow motion of whole steps explains: film a stop watch to be sure");
+    return;
+  }
+  // 1. In which unit: a rate that is stated once may be that of most steps, of all, or of the
+  // shortest
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < times.size(); ++k) steps.push_back(times[k] - times[k - 1]);
+  std::sort(steps.begin(), steps.end());
+  if (!(steps.front() > 0.0)) {
+    clock_note_ = fmt::format(
+        "The file gives several frames one time stamp; frames were taken as evenly spaced, {:.4g} "
+        "a second.",
+        stated);
+    return;
+  }
+  const double mean = static_cast<double>(steps.size()) / times.back();
+  const double fastest = 1.0 / steps[steps.size() / 10];
+  const bool in_seconds = agree(usual, stated) || agree(mean, stated) || agree(fastest, stated);
+  const double factor = !in_seconds && also ? usual / stated : 1.0;
+  for (const double time : times) moments_.push_back(factor * time * stated);
+  // 2. What is said
+  std::vector<int> pictures;
+  for (const int place : uneven_) pictures.push_back(place * pictures_a_frame());
+  clock_note_ = fmt::format(
+      "The file's time stamps are uneven at frames {}: the time of each frame is its own stamp{}.",
+      listed(pictures),
+      in_seconds ? std::string()
+      : also     ? fmt::format(", taken for {:.4g} frames/s instead of {:.4g}, as {}",
+                           frame_rate_,
+                           declared_frame_rate_,
+                           *also)
+             : fmt::format(", although they tell of {:.4g} frames/s and the experiment of {:.4g}, "
+                           "which no slow motion of whole steps explains; correct frame_rate_hz",
+                           declared_frame_rate_,
+                           frame_rate_));
 }
 
 bool VideoReader::next_frame(cv::Mat& frame) {
-  if (pictures_.empty()) return capture_.read(frame) && !frame.empty();
-  if (next_picture_ == pictures_.size()) return false;
-  const std::filesystem::path& picture = pictures_[next_picture_++];
-  frame = cv::imread(picture.string(), cv::IMREAD_COLOR);
-  if (frame.empty())
-    throw InputError(
-        fmt::format("{}: the picture cannot be read; copy it again", picture.string()));
+  if (!film_) {
+    if (next_picture_ == pictures_.size()) return false;
+    place_ = static_cast<int>(next_picture_);
+    first_place_ = 0;
+    frame = read_picture(pictures_[next_picture_++]);
+    return true;
+  }
+  StoredPicture stored;
+  if (!film_->read(stored)) return false;
+  if (first_place_ < 0) first_place_ = place_ = stored.place;
+  for (int place = place_ + 1; place < stored.place; ++place) lost_.push_back(place);
+  if (stored.is_patched) patched_.push_back(stored.place);
+  place_ = stored.place;
+  frame = stored.picture;
   return true;
 }
 
 bool VideoReader::read(cv::Mat& frame) {
   if (finished_) return false;
-  if (frames_read_ == 0) {
-    if (pictures_.empty()) scan_ = detect_scan(file_);
-    if (scan_ != Scan::progressive) {
-      declared_frames_ *= 2;
-      declared_frame_rate_ *= 2.0;
-    }
-  }
+  if (!begun_) begin();
   if (!woven_.empty()) {
     parity_ = 1 - parity_;
     frame = field_of(woven_, parity_);
@@ -105,7 +205,6 @@ bool VideoReader::read(cv::Mat& frame) {
       return false;
     }
     check_size(frame);
-    note_time_stamp();
     note_change(frame);  // before fields are taken apart: a repeated frame repeats both
     if (scan_ != Scan::progressive) {
       woven_ = frame.clone();
@@ -113,27 +212,45 @@ bool VideoReader::read(cv::Mat& frame) {
       frame = field_of(woven_, parity_);
     }
   }
+  note_moment();
+  frame = container_.turn.of(frame);
   if (steady_) steady_->hold(frame, frames_read_);
   ++frames_read_;
   return true;
 }
 
-void VideoReader::check_size(const cv::Mat& frame) const {
-  if (frame.size() != size_) {
-    throw InputError(fmt::format(
-        "{}: frame {} is {} x {} pixels but the film began with {} x {}; all frames must be "
-        "of one size",
-        file_.string(),
-        frames_read_,
-        frame.cols,
-        frame.rows,
-        size_.width,
-        size_.height));
-  }
+void VideoReader::note_moment() {
+  const auto moment_of = [&](int place) {
+    const auto i = static_cast<std::size_t>(place);
+    return i < moments_.size() ? moments_[i] : static_cast<double>(place);
+  };
+  const bool is_second = scan_ != Scan::progressive && woven_.empty();
+  moment_ =
+      (moment_of(place_) - moment_of(first_place_)) * pictures_a_frame() + (is_second ? 1.0 : 0.0);
 }
 
-void VideoReader::note_time_stamp() {
-  time_stamps_.push_back(pictures_.empty() ? capture_.get(cv::CAP_PROP_POS_MSEC) * 1.0e-3 : 0.0);
+void VideoReader::check_size(const cv::Mat& frame) const {
+  if (frame.size() == stored_size_) return;
+  if (!film_) {
+    throw InputError(
+        fmt::format("{}: is {} x {} pixels but {}, the first of them, {} x {}; all pictures of a "
+                    "film must be of one size",
+                    pictures_[static_cast<std::size_t>(place_)].file.string(),
+                    frame.cols,
+                    frame.rows,
+                    pictures_.front().file.filename().string(),
+                    stored_size_.width,
+                    stored_size_.height));
+  }
+  throw InputError(fmt::format(
+      "{}: frame {} is {} x {} pixels but the film began with {} x {}; all frames must be "
+      "of one size",
+      file_.string(),
+      frames_read_,
+      frame.cols,
+      frame.rows,
+      stored_size_.width,
+      stored_size_.height));
 }
 
 void VideoReader::note_change(const cv::Mat& frame) {
@@ -155,17 +272,34 @@ void VideoReader::note_change(const cv::Mat& frame) {
 
 void VideoReader::finish() {
   finished_ = true;
-  const int missing = declared_frames_ - frames_read_;
-  if (missing >
-      std::max<double>(tolerated_missing_frames, tolerated_missing_share * declared_frames_)) {
-    throw InputError(fmt::format(
-        "{}: the film breaks off after frame {} although its header announces {} frames; copy "
-        "or record it again",
-        file_.string(),
-        frames_read_ - 1,
-        declared_frames_));
+  judge_losses();
+  find_repeated();
+}
+
+// What the file holds but nobody can decode; where the file ends was seen before anything was read.
+void VideoReader::judge_losses() {
+  if (!film_) return;
+  if (film_->refused_packets() == 0) {
+    lost_.clear();  // some packets hold no picture of their own, and nothing is wrong with them
+  } else {
+    for (int place = place_ + 1; place < container_.shown; ++place) lost_.push_back(place);
   }
-  // A repeated frame: no change at all between two that change as usual.
+  const std::size_t bad = lost_.size() + patched_.size();
+  if (!is_too_much(bad, container_.shown)) return;
+  std::vector<int> places = lost_;
+  places.insert(places.end(), patched_.begin(), patched_.end());
+  std::sort(places.begin(), places.end());
+  throw InputError(fmt::format(
+      "{}: {} of {} frames cannot be decoded whole (frames {}): the file is damaged in between; "
+      "copy or record it again",
+      file_.string(),
+      bad,
+      container_.shown,
+      listed(places)));
+}
+
+// A repeated frame: no change at all between two that change as usual.
+void VideoReader::find_repeated() {
   constexpr int neighbourhood = 4;
   const auto frames = static_cast<int>(changes_.size());
   for (int frame = 2; frame + 1 < frames; ++frame) {
@@ -183,57 +317,54 @@ void VideoReader::finish() {
   }
 }
 
-// Steps that differ from the usual one by more than containers round: some count in milliseconds,
-// so that a step may be one too short or too long. Zero stamps near the end are an OpenCV fault and
-// mean nothing.
 std::vector<int> VideoReader::uneven_frames() const {
-  constexpr double rounding = 1.2e-3;   // s
-  constexpr double least_share = 0.02;  // of a step
-  constexpr double large_share = 0.3;   // of a step, whatever the rounding
-  std::vector<double> steps;
-  for (std::size_t frame = 1; frame < time_stamps_.size(); ++frame) {
-    const bool known = time_stamps_[frame] > 0.0 && time_stamps_[frame] > time_stamps_[frame - 1];
-    if (known) steps.push_back(time_stamps_[frame] - time_stamps_[frame - 1]);
-  }
-  if (steps.empty()) return {};
-  const double usual = median(steps);
-  const double tolerance = std::min(large_share * usual, std::max(rounding, least_share * usual));
-  std::vector<int> uneven;
-  for (std::size_t frame = 1; frame < time_stamps_.size(); ++frame) {
-    const bool known = time_stamps_[frame] > 0.0 && (frame == 1 || time_stamps_[frame - 1] > 0.0);
-    if (known && std::abs(time_stamps_[frame] - time_stamps_[frame - 1] - usual) > tolerance)
-      uneven.push_back(static_cast<int>(frame) * pictures_a_frame());
-  }
-  return uneven;
+  std::vector<int> pictures;
+  for (const int place : uneven_) pictures.push_back(place * pictures_a_frame());
+  return pictures;
 }
 
 std::vector<std::string> VideoReader::warnings() const {
   std::vector<std::string> sentences;
-  const double rate_ratio = declared_frame_rate_ > 0.0 ? declared_frame_rate_ / frame_rate_ : 1.0;
-  if (std::abs(rate_ratio - 1.0) > 0.005) {
-    sentences.push_back(fmt::format(
-        "The file says {:.4g} frames/s but the experiment {:.4g}; the experiment's rate "
-        "was used.",
-        declared_frame_rate_,
-        frame_rate_));
+  if (container_.films > 1) {
+    sentences.push_back(
+        fmt::format("The file holds {} films; the first, of {} x {} pixels, was read.",
+                    container_.films,
+                    size_.width,
+                    size_.height));
   }
-  const int missing = declared_frames_ - frames_read_;
-  if (declared_frames_ > 0 && missing != 0) {
+  if (container_.turn.is_mirror()) {
+    sentences.emplace_back(
+        "The file says that its pictures are shown mirrored: they were read so, as players show "
+        "them; take that note out of the file if the rig looks the wrong way round.");
+  }
+  if (!clock_note_.empty()) sentences.push_back(clock_note_);
+  if (announced_frames_ > declared_frames_) {
     sentences.push_back(fmt::format(
-        "The file announces {} frames but {} were read.", declared_frames_, frames_read_));
+        "The file announces {} frames but holds {}.", announced_frames_, declared_frames_));
+  }
+  if (first_place_ > 0) {
+    sentences.push_back(
+        fmt::format("The first {} frame(s) of the file cannot be decoded, because what they build "
+                    "on is not in it: the film begins after them.",
+                    first_place_));
+  }
+  if (!lost_.empty()) {
+    sentences.push_back(
+        fmt::format("Frames {} of the file cannot be decoded and are left out; the times of the "
+                    "others count them.",
+                    listed(lost_)));
+  }
+  if (!patched_.empty()) {
+    sentences.push_back(
+        fmt::format("Parts of frames {} cannot be decoded and were made up; what follows them may "
+                    "be smeared.",
+                    listed(patched_)));
   }
   if (!repeated_frames_.empty()) {
     sentences.push_back(fmt::format(
         "Frames {} repeat the frame before them while the film moves: the clock of this "
         "recording may slip there.",
         listed(repeated_frames_)));
-  }
-  const std::vector<int> uneven = uneven_frames();
-  if (!uneven.empty()) {
-    sentences.push_back(
-        fmt::format("The file's time stamps are uneven at frames {}; frames were taken as evenly "
-                    "spaced.",
-                    listed(uneven)));
   }
   if (scan_ != Scan::progressive) {
     sentences.push_back(fmt::format(

@@ -114,8 +114,8 @@ datasets::Trajectories BedTracker::finish(TrackingSummary& summary) {
     out = trajectories_of(zero, summary);
     count_plates(summary.frames_read);
     measure_gravity(summary);
-    for (std::string& sentence :
-         tracking::describe(find_clock_faults(out, scene_->pixel()), summary.repeated_frames))
+    for (std::string& sentence : tracking::describe(
+             find_clock_faults(out, scene_->pixel(), summary.clock), summary.repeated_frames))
       summary.warn(std::move(sentence));
   } else {
     out = resting_plates(summary);
@@ -181,7 +181,7 @@ double BedTracker::find_event(int frames, TrackingSummary& summary) const {
       continue;
     }
     if (drop > most && times.size() >= 2) break;
-    times.push_back(frame * interval);
+    times.push_back(summary.clock.moments[static_cast<std::size_t>(frame)] * interval);
     roots.push_back(std::sqrt(drop));
     if (drop > most) break;
   }
@@ -241,8 +241,8 @@ datasets::Trajectories BedTracker::trajectories_of(double zero, TrackingSummary&
   const auto count = static_cast<int>(tracks.tracks().size());
   datasets::Trajectories out =
       datasets::make_trajectories(static_cast<std::size_t>(frames), count, true);
-  for (int k = 0; k < frames; ++k)
-    out.time[static_cast<std::size_t>(k)] = k / spec_.camera.frame_rate - zero;
+  for (std::size_t k = 0; k < out.frames(); ++k)
+    out.time[k] = summary.clock.moments[k] / spec_.camera.frame_rate - zero;
   const std::array<Eigen::Vector3d, 3> inflation = {tracks.variance_inflation(Pace::rest),
                                                     tracks.variance_inflation(Pace::slow),
                                                     tracks.variance_inflation(Pace::fast)};
@@ -328,7 +328,10 @@ void BedTracker::measure_gravity(TrackingSummary& summary) {
     for (std::size_t k = 2; k < track.sightings.size(); ++k) {
       const auto &a = track.sightings[k - 2], &b = track.sightings[k - 1], &c = track.sightings[k];
       if (!a || !b || !c || a->pose.z > -scene_->shape.semi_major) continue;
-      accelerations.push_back(-(a->pose.z - 2.0 * b->pose.z + c->pose.z) * rate * rate);
+      const double h = summary.clock.moments[k - 1] - summary.clock.moments[k - 2],
+                   next = summary.clock.moments[k] - summary.clock.moments[k - 1];
+      const double bend = next * a->pose.z - (h + next) * b->pose.z + h * c->pose.z;
+      accelerations.push_back(-bend * rate * rate * 2.0 / (h * next * (h + next)));
     }
   }
   constexpr std::size_t enough = 20;
@@ -379,7 +382,8 @@ datasets::Trajectories BedTracker::resting_plates(TrackingSummary& summary) {
   }
   const double interval = 1.0 / spec_.camera.frame_rate;
   summary.event_source = "first change below the orifice";
-  summary.event_time_s = std::max(0, opened_at_) * interval;
+  summary.event_time_s =
+      summary.clock.moments[static_cast<std::size_t>(std::max(0, opened_at_))] * interval;
   summary.event_uncertainty_s = interval;
   const auto frames = static_cast<std::size_t>(summary.frames_read);
   datasets::Trajectories out = datasets::make_trajectories(frames, bed_.found_first, true);
@@ -387,7 +391,7 @@ datasets::Trajectories BedTracker::resting_plates(TrackingSummary& summary) {
   for (const PlateFit& plate : first_->plates) centres.emplace_back(plate.pose.x, plate.pose.z);
   const std::vector<std::size_t> until = still_->stay_until(centres);
   for (std::size_t k = 0; k < frames; ++k) {
-    out.time[k] = static_cast<double>(k) * interval - summary.event_time_s;
+    out.time[k] = summary.clock.moments[k] * interval - summary.event_time_s;
     for (std::size_t p = 0; p < first_->plates.size(); ++p) {
       const PlateFit& plate = first_->plates[p];
       if (k >= until[p]) continue;

@@ -85,11 +85,11 @@ std::vector<BodyFit> FilmView::fits_in(const cv::Mat& frame,
                     edge_noise);
 }
 
-void FilmView::watch_face(const cv::Mat& frame) {
+void FilmView::watch_face(const cv::Mat& frame, double moment) {
   if (!face) return;
   cv::Mat grey;
   cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
-  face->measure(grey, lens());
+  face->measure(grey, lens(), moment);
 }
 
 FilmView view_of(const datasets::TrackingSpec& spec,
@@ -113,7 +113,7 @@ FilmView view_of(const datasets::TrackingSpec& spec,
     view.walls.push_back({"front edge", from.x(), from.y(), to.x(), to.y()});
   }
   if (spec.rig.face) view.face.emplace(*spec.rig.face, spec.camera.frame_rate);
-  view.watch_face(first_frame);
+  view.watch_face(first_frame, 0.0);
   return view;
 }
 

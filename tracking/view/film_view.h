@@ -40,8 +40,9 @@ struct FilmView {
                                const BodyShape& sought,
                                double tolerance,
                                const Surroundings& surroundings) const;
-  // Follows the moving face, where there is one, into the next frame.
-  void watch_face(const cv::Mat& frame);
+  // Follows the moving face, where there is one, into the next frame, taken at `moment` (see
+  // VideoReader).
+  void watch_face(const cv::Mat& frame, double moment);
 };
 
 // The distances of candidates where neighbours are known may be off by as much.
