@@ -218,47 +218,66 @@ class CsvReader {
     lines_.erase(lines_.begin(), first);
     std::erase_if(lines_, [](const Line& line) { return line.is_comment(); });
     if (!lines_.empty()) return;
-    // A header like "# a,b" without rows
-    if (!comments_.empty()) lines_.push_back(comments_.back());
+    throw InputError(
+        fmt::format("{}: every line is a comment; a header row is needed.", file_.string()));
   }
 
-  // What parts the cells of a line that is a header.
+  // What parts the cells of a line that is a header: of the marks in it those that part the next
+  // row into numbers, else tabs, else the most frequent.
   char separator_of(const Line& header, std::size_t next_row) const {
     if (is_separator_stated_) return separator_;
-    const std::string_view text = header.text;
-    if (text.find('\t') != std::string_view::npos) return '\t';
-    const auto count = [&](char mark) { return std::count(text.begin(), text.end(), mark); };
-    const auto commas = count(','), semicolons = count(';'), bars = count('|');
-    if (bars > commas && bars > semicolons) return '|';
-    if (commas + semicolons > 0) return semicolons > commas ? ';' : ',';
-    if (next_row >= lines_.size()) return ',';
-    const Cells row = split(lines_[next_row], ' ', file_);
-    return row.size() > 1 && are_all_numbers(row) ? ' ' : ',';
+    std::map<char, int> count;
+    bool is_quoted = false;
+    for (const char letter : header.text) {
+      is_quoted = is_quoted != (letter == '"');
+      if (!is_quoted) ++count[letter];
+    }
+    std::vector<char> marks;
+    for (const char mark : {'\t', ',', ';', '|'})
+      if (count[mark] > 0) marks.push_back(mark);
+    std::stable_sort(marks.begin(), marks.end(), [&](char a, char b) {
+      return a != '\t' && b != '\t' ? count[a] > count[b] : a == '\t';
+    });
+    const auto parts_numbers = [&](char mark) {
+      const Cells row = split(lines_[next_row], mark, file_);
+      return row.size() > 1 && are_all_numbers(row);
+    };
+    if (next_row < lines_.size()) {
+      if (marks.empty()) return parts_numbers(' ') ? ' ' : ',';
+      for (const char mark : marks) {
+        if (marks.size() > 1 && parts_numbers(mark) &&
+            fits(split(lines_[next_row], mark, file_), split(header, mark, file_)))
+          return mark;
+      }
+    }
+    return marks.empty() ? ',' : marks.front();
   }
 
   void take_header(const Line& line, char separator) {
     separator_ = separator;
-    Line names = line;
-    if (names.is_comment()) names.text.erase(0, names.text.find_first_not_of("#% \t"));
-    table_.columns_ = cells_of(names);
+    table_.columns_ = cells_of(line);
     table_.header_line_ = line.number;
+  }
+
+  // The nearest of the comments under which the first row is numbers, or nothing.
+  bool find_header_in_comments() {
+    for (auto comment = comments_.rbegin(); comment != comments_.rend(); ++comment) {
+      Line names = *comment;
+      names.text.erase(0, std::min(names.text.find_first_not_of("#% \t"), names.text.size()));
+      const char separator = separator_of(names, 0);
+      const Cells cells = split(names, separator, file_);
+      const Cells row = split(lines_.front(), separator, file_);
+      if (has_number(cells) || !are_all_numbers(row) || cells.size() != row.size()) continue;
+      take_header(names, separator);
+      return true;
+    }
+    return false;
   }
 
   // See read_csv.
   void find_header() {
-    const Line& first = lines_.front();
-    separator_ = separator_of(first, 0);
-    if (are_all_numbers(cells_of(first))) {
-      for (auto comment = comments_.rbegin(); comment != comments_.rend(); ++comment) {
-        Line names = *comment;
-        names.text.erase(0, std::min(names.text.find_first_not_of("#% \t"), names.text.size()));
-        const char separator = separator_of(names, 0);
-        const Cells cells = split(names, separator, file_);
-        if (has_number(cells) || cells.size() != split(first, separator, file_).size()) continue;
-        take_header(*comment, separator);
-        return;
-      }
-    }
+    if (find_header_in_comments()) return;
+    separator_ = separator_of(lines_.front(), 1);
     std::size_t header = 0;
     if (!next_row_fits_under_the_first()) {
       constexpr std::size_t most_lines_above = 100;

@@ -209,6 +209,10 @@ std::optional<double> read_numeral(std::string_view cell, const NumberStyle& sty
 void NumberVote::hear(std::string_view cell, std::size_t column, int line) {
   cell = trimmed(cell);
   if (is_missing(cell)) return;
+  // Most cells say once more what the first of them said.
+  if (point_.decimal && std::count(cell.begin(), cell.end(), '.') == 1 &&
+      cell.find_first_not_of("0123456789.-") == std::string_view::npos)
+    return;
   const auto shape = shape_of(cell);
   if (!shape || !is_possible(*shape)) return;
   Column& numbers = columns_[column];

@@ -251,6 +251,7 @@ TEST(ForeignHeaders, AreFoundWhereTheyStand) {
   const TemporaryFolder folder;
   const std::string rows = "0,0\n1,20\n2,40\n3,60\n4,80\n";
   const std::string blank_rows = replaced(rows, ",", " ");
+  const std::string german_rows = "0,0;0,0\n1,0;20,0\n2,0;40,0\n3,0;60,0\n4,0;80,0\n";
   const std::pair<std::string, int> files[] = {
       {"# Time (s),Mass (g)\n" + rows, 1},  // np.savetxt
       {"# made on Monday\n# cell 3\n#\n# Time (s),Mass (g)\n" + rows, 4},
@@ -263,6 +264,9 @@ TEST(ForeignHeaders, AreFoundWhereTheyStand) {
       {"Time;Mass\n[s];[g]\n" + replaced(rows, ",", ";"), 1},
       {"Time (s),Mass (g)\ns,g\n" + rows, 1},
       {"time_s,mass_g\ns,g\n" + rows, 1},
+      {"\"Time, (s)\";\"Mass, (g)\"\n" + replaced(rows, ",", ";"), 1},
+      {"Time, (s);Mass, (g)\n" + german_rows, 1},
+      {"% made, on Monday\n% time_s mass_g\n" + replaced(german_rows, ";", " "), 2},
       {"Balance 7\nserial number 12\nTime (s),Mass (g)\n" + rows, 3},  // a preamble
       {"Balance;7;kitchen\n\nTime (s);Mass (g)\n" + replaced(rows, ",", ";"), 3},
       {"\"Time\n(s)\",\"Mass\n(g)\"\n" + rows, 1},                // Alt+Enter
