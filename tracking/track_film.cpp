@@ -115,7 +115,8 @@ TrackedFilm track_film(ParticleTracker& tracker,
   result.trajectories = tracker.finish(summary);
   if (!film.corrections.empty()) {
     const double pixel = 1.0e-3 / summary.scale_px_per_mm;  // m
-    for (std::string& sentence : apply_corrections(film.corrections, pixel, result.trajectories))
+    for (std::string& sentence :
+         apply_corrections(film.corrections, pixel, summary.shows_angle, result.trajectories))
       summary.warn(std::move(sentence));
   }
   summary.seconds =

@@ -37,6 +37,8 @@ const char* read_files(TomlSection& section,
   if (replicate.file().empty())
     section.fail("video", "is needed, or 'tracks', 'discharge' or 'curves'");
   replicate.corrections = read_file(section, "corrections", folder);
+  if (!replicate.corrections.empty() && replicate.video.empty())
+    section.fail("corrections", "is only known of films; correct the tracks in their own file");
   return !replicate.video.empty()       ? "video"
          : !replicate.tracks.empty()    ? "tracks"
          : !replicate.discharge.empty() ? "discharge"

@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <opencv2/core.hpp>
 
 #include "datasets/store/input_error.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/tracking/drawn_film.h"
-#include "tracking/film/corrections.h"
 #include "tracking/plates/bed_tracker.h"
 #include "tracking/plates/plate.h"
 
@@ -236,28 +236,22 @@ TEST(PlateBed, RefusesAFilmWithoutPlates) {
   }
 }
 
-TEST(Corrections, AreReplayedInOrder) {
-  const tests::TemporaryFolder folder;
-  datasets::Trajectories tracks = datasets::make_trajectories(3, 2, true);
-  for (std::size_t k = 0; k < 3; ++k) {
-    tracks.poses[tracks.index(k, 0)] = {1.0, 0.0, 0.0};
-    tracks.poses[tracks.index(k, 1)] = {2.0, 0.0, 0.0};
-  }
-  const auto file = folder.write("repairs.csv",
-                                 "frame,action,particle,other,x_m,z_m,angle_rad\n"
-                                 "1,swap,1,2,,,\n"
-                                 "0,move,2,,5,6,0.5\n"
-                                 "2,delete,2,,,,\n");
-  EXPECT_EQ(apply_corrections(file, 1.0e-3, tracks).size(), 3U);
-  EXPECT_EQ(tracks.poses[tracks.index(0, 0)].x, 1.0);
-  EXPECT_EQ(tracks.poses[tracks.index(1, 0)].x, 2.0);
-  EXPECT_EQ(tracks.poses[tracks.index(2, 0)].x, 2.0);
-  EXPECT_EQ(tracks.poses[tracks.index(0, 1)].z, 6.0);
-  EXPECT_EQ(tracks.sigmas[tracks.index(0, 1)].x, 1.0e-3);
-  EXPECT_EQ(tracks.poses[tracks.index(1, 1)].x, 1.0);
-  EXPECT_TRUE(std::isnan(tracks.poses[tracks.index(2, 1)].x));
-  const auto wrong = folder.write("wrong.csv", "frame,action,particle\n7,delete,1\n");
-  EXPECT_THROW(apply_corrections(wrong, 1.0e-3, tracks), datasets::InputError);
+TEST(PlateBed, TakesRepairsByHand) {
+  const DrawnFilm drawn(film(), bed_rate);
+  datasets::Film repaired = drawn.film();
+  repaired.corrections = temporary("repairs.csv");
+  std::ofstream(repaired.corrections) << "frame,action,particle,x_m,z_m,angle_rad\n"
+                                         "3,move,2,0.01,0.02,0.4\n"
+                                         "5,delete,2,,,\n";
+  const TrackedFilm tracked = tracking::track(make_bed().scene.spec, repaired);
+  std::filesystem::remove(repaired.corrections);
+  const datasets::Trajectories& tracks = tracked.trajectories;
+  EXPECT_EQ(tracks.poses[tracks.index(3, 1)].x, 0.01);
+  EXPECT_EQ(tracks.poses[tracks.index(3, 1)].z, 0.02);
+  EXPECT_NEAR(
+      std::remainder(tracks.poses[tracks.index(3, 1)].angle - 0.4, std::numbers::pi), 0.0, 1e-12);
+  EXPECT_TRUE(std::isfinite(tracks.poses[tracks.index(4, 1)].x));
+  EXPECT_TRUE(std::isnan(tracks.poses[tracks.index(5, 1)].x));
 }
 
 TEST(PlateBed, TakesInterlacedFramesApart) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "datasets/store/input_error.h"
@@ -16,6 +17,7 @@ namespace {
 
 // A hand places a centre to a pixel, and a long axis to a few degrees.
 constexpr double hand_angle = 0.1;  // rad
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 void exchange(datasets::Trajectories& tracks, std::size_t i, std::size_t j) {
   std::swap(tracks.poses[i], tracks.poses[j]);
@@ -27,6 +29,7 @@ void exchange(datasets::Trajectories& tracks, std::size_t i, std::size_t j) {
 
 std::vector<std::string> apply_corrections(const std::filesystem::path& file,
                                            double pixel,
+                                           bool shows_angle,
                                            datasets::Trajectories& tracks) {
   const datasets::Table table = datasets::read_csv(file);
   for (const char* needed : {"frame", "action", "particle"}) {
@@ -41,7 +44,7 @@ std::vector<std::string> apply_corrections(const std::filesystem::path& file,
   std::vector<std::string> applied;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const auto refuse = [&](const std::string& complaint) {
-      throw InputError(fmt::format("{}: row {}: {}", file.string(), row + 1, complaint));
+      throw InputError(fmt::format("{}:{}: {}", file.string(), table.line(row), complaint));
     };
     const auto particle_in = [&](const char* column) {
       if (!table.has(column)) refuse(fmt::format("column '{}' is missing", column));
@@ -58,13 +61,18 @@ std::vector<std::string> apply_corrections(const std::filesystem::path& file,
     const std::size_t particle = particle_in("particle");
     const std::string action = table.text(row, "action");
     if (action == "move") {
-      for (const char* needed : {"x_m", "z_m", "angle_rad"})
-        if (!table.has(needed) || !std::isfinite(table.number(row, needed)))
-          refuse(fmt::format("'move' needs {}", needed));
+      const auto given = [&](const char* column) {
+        return table.has(column) ? table.number(row, column) : nan;
+      };
+      for (const char* needed : {"x_m", "z_m"})
+        if (!std::isfinite(given(needed))) refuse(fmt::format("'move' needs {}", needed));
+      if (std::isfinite(given("angle_rad")) != shows_angle) {
+        refuse(shows_angle ? "'move' needs angle_rad"
+                           : "this kind of body shows no angle; leave angle_rad empty");
+      }
       const std::size_t i = tracks.index(first, particle);
-      tracks.poses[i] = {
-          table.number(row, "x_m"), table.number(row, "z_m"), table.number(row, "angle_rad")};
-      tracks.sigmas[i] = {pixel, pixel, hand_angle};
+      tracks.poses[i] = {given("x_m"), given("z_m"), given("angle_rad")};
+      tracks.sigmas[i] = {pixel, pixel, shows_angle ? hand_angle : nan};
       tracks.scores[i] = 1.0;
     } else if (action == "delete") {
       for (std::size_t k = first; k < tracks.frames(); ++k)
@@ -79,6 +87,8 @@ std::vector<std::string> apply_corrections(const std::filesystem::path& file,
     applied.push_back(fmt::format(
         "Corrected by hand: {} particle {} from frame {}.", action, particle + 1, frame));
   }
+  // A hand states an angle within half a turn, and tracks that change places turned otherwise
+  if (shows_angle) datasets::unwrap_angles(tracks);
   return applied;
 }
 
