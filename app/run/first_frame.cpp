@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/store/input_error.h"
+#include "datasets/store/run_folder.h"
 #include "tracking/drawing/drawing.h"
 #include "tracking/film/recording.h"
 #include "tracking/film/video.h"
@@ -97,12 +97,8 @@ std::vector<tracking::DarkDot> dark_dots(const cv::Mat& picture,
 }
 
 void write_picture(const std::filesystem::path& file, const cv::Mat& picture) {
-  std::error_code error;
-  std::filesystem::create_directories(file.parent_path(), error);
-  if (error || !cv::imwrite(file.string(), picture)) {
-    throw datasets::InputError(
-        fmt::format("{}: cannot be written; choose another folder with --out.", file.string()));
-  }
+  datasets::make_folder(file.parent_path());
+  tracking::write_still(file, picture);
 }
 
 }  // namespace

@@ -6,13 +6,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "app/scenes/scene_look.h"
 #include "app/scenes/wall_patches.h"
-#include "datasets/store/input_error.h"
+#include "tracking/drawing/drawing.h"
 
 namespace graintruth::app {
 
@@ -384,37 +382,6 @@ class SpatialPainter {
   cv::Mat depth_, body_;
 };
 
-// A film that gets its name only when it is whole.
-class FilmWriter {
- public:
-  FilmWriter(std::filesystem::path file, cv::Size size) : file_(std::move(file)) {
-    unfinished_ = file_;
-    unfinished_.replace_filename(file_.stem().string() + ".unfinished.mp4");
-    if (!writer_.open(unfinished_.string(),
-                      cv::CAP_FFMPEG,
-                      cv::VideoWriter::fourcc('a', 'v', 'c', '1'),
-                      film_rate,
-                      size)) {
-      throw datasets::InputError(fmt::format(
-          "{}: the film cannot be written (no H.264 encoder, or no room).", file_.string()));
-    }
-  }
-  void write(const cv::Mat& picture) { writer_.write(picture); }
-  void publish() {
-    writer_.release();
-    std::error_code error;
-    std::filesystem::rename(unfinished_, file_, error);
-    if (error) {
-      throw datasets::InputError(
-          fmt::format("{}: cannot be written ({}).", file_.string(), error.message()));
-    }
-  }
-
- private:
-  std::filesystem::path file_, unfinished_;
-  cv::VideoWriter writer_;
-};
-
 }  // namespace
 
 void render_scene(const std::filesystem::path& folder,
@@ -426,10 +393,9 @@ void render_scene(const std::filesystem::path& folder,
   const View view = make_view(box, file.is_planar);
   const PlanarPainter planar(file, run, box, view);
   SpatialPainter spatial(file, run, box, view);
-  std::unique_ptr<FilmWriter> film;
-  if (run.frames.size() > 1) {
-    film = std::make_unique<FilmWriter>(folder / "simulation.mp4", view.size);
-  }
+  std::unique_ptr<tracking::FilmWriter> film;
+  if (run.frames.size() > 1)
+    film = std::make_unique<tracking::FilmWriter>(folder / "simulation.mp4", film_rate);
   cv::Mat large(view.size * fine, CV_8UC3), picture;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
     large.setTo(paper);
@@ -443,17 +409,8 @@ void render_scene(const std::filesystem::path& folder,
     if (film) film->write(picture);
     progress(static_cast<double>(f + 1) / static_cast<double>(run.frames.size()));
   }
-  if (film) film->publish();
-  const std::filesystem::path still = folder / "simulation.png";
-  bool written = false;
-  try {
-    written = cv::imwrite(still.string(), picture);
-  } catch (const cv::Exception&) {
-    written = false;
-  }
-  if (!written) {
-    throw datasets::InputError(fmt::format("{}: the picture cannot be written.", still.string()));
-  }
+  if (film) film->finish();
+  tracking::write_still(folder / "simulation.png", picture);
 }
 
 }  // namespace graintruth::app

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "datasets/store/input_error.h"
+#include "datasets/store/run_folder.h"
 
 namespace graintruth::tracking {
 
@@ -116,15 +117,18 @@ void write_text(cv::Mat& picture,
 }
 
 void write_still(const std::filesystem::path& file, const cv::Mat& picture, int quality) {
-  const std::filesystem::path temporary = unfinished(file);
-  bool written = false;
+  std::vector<int> options;
+  if (file.extension() == ".jpg") options = {cv::IMWRITE_JPEG_QUALITY, quality};
+  std::vector<unsigned char> bytes;
+  bool is_encoded = false;
   try {
-    written = cv::imwrite(temporary.string(), picture, {cv::IMWRITE_JPEG_QUALITY, quality});
+    is_encoded = cv::imencode(file.extension().string(), picture, bytes, options);
   } catch (const cv::Exception&) {
-    written = false;
+    is_encoded = false;
   }
-  if (!written) throw InputError(fmt::format("{}: the picture cannot be written", file.string()));
-  publish(temporary, file);
+  if (!is_encoded)
+    throw InputError(fmt::format("{}: the picture cannot be written", file.string()));
+  datasets::write_whole(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 FilmWriter::FilmWriter(std::filesystem::path file, double frame_rate)
@@ -149,12 +153,25 @@ void FilmWriter::write(const cv::Mat& picture) {
                                  file_.string()));
   }
   writer_.write(even);
+  ++written_;
 }
 
 void FilmWriter::finish() {
   if (!writer_.isOpened()) return;
   writer_.release();
-  publish(unfinished(file_), file_);
+  // The encoder does not tell of a full disk
+  const std::filesystem::path made = unfinished(file_);
+  cv::VideoCapture film(made.string(), cv::CAP_FFMPEG);
+  if (!film.isOpened() || film.get(cv::CAP_PROP_FRAME_COUNT) < written_) {
+    film.release();
+    std::error_code ignored;
+    std::filesystem::remove(made, ignored);
+    throw InputError(
+        fmt::format("{}: the film cannot be written whole; make room on the disk, or choose "
+                    "another folder with --out",
+                    file_.string()));
+  }
+  publish(made, file_);
 }
 
 }  // namespace graintruth::tracking

@@ -61,11 +61,12 @@ void write_text(cv::Mat& picture,
                 double size,
                 const cv::Scalar& colour);
 
-// A JPEG file, whole or not at all. Throws InputError when it cannot be written.
+// A picture in the format that the ending names, whole or not at all; `quality` is that of JPEG.
+// Throws InputError when it cannot be written.
 void write_still(const std::filesystem::path& file, const cv::Mat& picture, int quality = 90);
 
-// An H.264 film that gets its name when it is finished. Throws InputError when it cannot be
-// written.
+// An H.264 film that gets its name when it is finished and whole. Throws InputError when it cannot
+// be written.
 class FilmWriter {
  public:
   FilmWriter(std::filesystem::path file, double frame_rate);
@@ -80,6 +81,7 @@ class FilmWriter {
  private:
   std::filesystem::path file_;
   double frame_rate_;
+  int written_ = 0;  // pictures
   cv::VideoWriter writer_;
 };
 
