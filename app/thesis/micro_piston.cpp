@@ -149,15 +149,15 @@ Study run_all(const ThesisData& thesis, Studies& studies) {
         std::vector<Json> found(seeds.size());
         studies.in_parallel(static_cast<int>(seeds.size()), [&](int i) {
           const auto which = static_cast<std::size_t>(i);
-          const calibrate::EngineRun run = calibrate::run_with_retry(
-              *problem.engine,
-              problem.spec_of(0,
-                              {{"friction_particle_particle", friction},
-                               {"friction_particle_wall", friction},
-                               {"restitution", restitution}},
-                              fraction / std::numbers::pi,
-                              seeds[which]),
-              {.time_limit = std::numeric_limits<double>::infinity(), .stop = is_interrupted});
+          const calibrate::EngineRun run =
+              calibrate::run_with_retry(*problem.engine,
+                                        problem.spec_of(0,
+                                                        {{"friction_particle_particle", friction},
+                                                         {"friction_particle_wall", friction},
+                                                         {"restitution", restitution}},
+                                                        fraction / std::numbers::pi,
+                                                        seeds[which]),
+                                        {.stop = is_interrupted});
           if (run.status == calibrate::RunStatus::completed)
             found[which] = json_of(*run.recording.tracks);
         });

@@ -32,8 +32,7 @@ constexpr double filling_step = 0.3;      // of the Rayleigh step
 // Of an impact at 0.1 m/s. Not many: a bed under its own weight is unstable with 12 at restitution
 // 0.2, and with 16 at 0.5 where friction is near 1.
 constexpr double steps_per_contact = 16.0;
-constexpr double largest_overlap = 0.3;       // of the radius; where rows fall on rows
-constexpr double longest_run = 6.0 * 3600.0;  // s of processor time
+constexpr double largest_overlap = 0.3;  // of the radius; where rows fall on rows
 
 sim::SurfaceTable surfaces_of(double between_particles,
                               double with_walls,
@@ -214,9 +213,7 @@ calibrate::EngineRun HopperEngine::run(const calibrate::SimulationSpec& spec,
   const double started = thread_seconds();
   calibrate::EngineRun run;
   sim::Sampling sampling;
-  sampling.should_stop = [&] {
-    return (options.stop && options.stop()) || thread_seconds() - started > options.time_limit;
-  };
+  sampling.should_stop = options.stop;
   sim::Simulation simulation = closed_simulation(hopper_, spec.seed, spec.time_step_fraction);
   const auto go_on_to = [&](double time) {
     const bool well = ended_well(simulation.run_until(time, sampling), options, run);
@@ -269,7 +266,6 @@ calibrate::Scene HopperEngine::scene(double rolling_friction, double duration) c
   spec.scene.phases = {{.duration = duration}};
   return {.problem = calibrate::fingerprint_of(spec),
           .engine = this,
-          .options = {.time_limit = longest_run},
           .spec =
               [spec](const calibrate::ParameterSet& parameters, double fraction, auto seed) {
                 calibrate::SimulationSpec one = spec;

@@ -2,6 +2,7 @@
 // folder; one line of kinds.def makes it known by its name.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -27,8 +28,12 @@ struct EngineRun {
   double seconds = 0.0;           // processor time spent
 };
 
+// Limits go by counts and never by a clock: the same spec ends the same on every machine.
 struct EngineOptions {
-  double time_limit = 120.0;   // s of processor time, after which a run counts as timed out
+  // Steps, beyond which a run counts as timed out; 0: many times those that its filling and phases
+  // let expect. The journal never gives such a run back, so that another limit may end it
+  // otherwise.
+  std::int64_t step_limit = 0;
   std::function<bool()> stop;  // asked now and then; true: throw Interrupted
 };
 

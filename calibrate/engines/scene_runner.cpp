@@ -47,7 +47,10 @@ void SceneRunner::run_phases() {
     return;
   }
   start_simulation(types_.size() + scene_.places.size());
-  if (simulation_->state().position.size() < types_.size() + scene_.places.size()) rain();
+  const std::size_t present = simulation_->state().position.size();
+  const std::size_t falling = types_.size() + scene_.places.size() - present;
+  allow_steps(0, static_cast<double>(falling) * scene_.fill.interval);
+  if (falling > 0) rain();
   numbers_.resize(simulation_->state().position.size());
   std::iota(numbers_.begin(), numbers_.end(), 0);
   for (std::size_t p = 0; p < scene_.phases.size() && goes_on(); ++p)
@@ -137,6 +140,7 @@ void SceneRunner::run_phase(int index) {
   }
   simulation_->set_time_step(pace_of(phase));
   simulation_->set_global_damping(phase.global_damping);
+  allow_steps(static_cast<std::size_t>(index), 0.0);
   if (index == scene_.event_phase) {
     event_time_ = simulation_->time();
     reached_event_ = true;
@@ -202,9 +206,29 @@ bool SceneRunner::is_still() const {
 void SceneRunner::run_until(double time, const sim::Sampling& sampling, PhaseRecord& record) {
   const sim::RunSummary summary = simulation_->run_until(time, sampling);
   record.steps += summary.steps;
+  steps_ += summary.steps;
   if (summary.steps > 0) last_step_ = summary.time_step;
   status_ = summary.status;
   message_ = summary.message;
+  const bool is_stopped = options_.stop && status_ == sim::RunStatus::timed_out && options_.stop();
+  if (allowed_ == 0 || status_ == sim::RunStatus::unstable || is_stopped) return;
+  if (goes_on() && steps_ <= allowed_) return;
+  status_ = sim::RunStatus::timed_out;
+  message_ = fmt::format("it takes more than {} steps", allowed_);
+}
+
+// From here on: of the phases to come, and of `filling` seconds before them.
+void SceneRunner::allow_steps(std::size_t next_phase, double filling) {
+  allowed_ = options_.step_limit;
+  if (allowed_ > 0 || !(options_.step_allowance > 0.0)) return;
+  double time = filling, frames = 0.0;
+  for (std::size_t p = next_phase; p < scene_.phases.size(); ++p) {
+    const ScenePhase& phase = scene_.phases[p];
+    time += phase.duration;
+    if (phase.output_interval > 0.0) frames += phase.duration / phase.output_interval;
+  }
+  const double expected = time / simulation_->time_step() + frames + 1.0;
+  allowed_ = steps_ + static_cast<std::int64_t>(options_.step_allowance * expected);
 }
 
 // Runs for a while, with a frame at the start and after every interval (s; 0 for none).

@@ -16,8 +16,11 @@ namespace graintruth::calibrate {
 struct SceneRunOptions {
   std::uint64_t seed = 1;
   int threads = 1;              // at most; small beds use one. The result does not depend on it
-  std::int64_t step_limit = 0;  // of each stretch between frames; 0 for none
-  std::function<bool()> stop;   // asked now and then; true ends the run with what it has
+  std::int64_t step_limit = 0;  // more end the run as timed out; 0: the next line counts
+  // The same as a multiple of the steps that filling and phases take where nothing waits; 0: no
+  // limit
+  double step_allowance = 0.0;
+  std::function<bool()> stop;  // asked now and then; true ends the run with what it has
   // What is done, of what share of it.
   std::function<void(const std::string& job, double share, const std::string& detail)> progress;
 };
@@ -87,13 +90,16 @@ class SceneRunner {
   void advance_taking_out(const datasets::ScenePhase& phase, PhaseRecord& record);
   bool take_out();
   void run_until(double time, const sim::Sampling& sampling, PhaseRecord& record);
+  void allow_steps(std::size_t next_phase, double filling);
   void show_progress(double time);
   void report(const std::string& job, double share, const std::string& detail) const;
   [[noreturn]] void refuse_rain(std::size_t fallen, std::size_t wanted) const;
 
   std::vector<int> types_;  // of all counted particles
   std::vector<std::size_t> numbers_, taken_out_;
-  bool is_empty_ = false;  // every body has been taken out
+  bool is_empty_ = false;     // every body has been taken out
+  std::int64_t steps_ = 0;    // of all phases so far
+  std::int64_t allowed_ = 0;  // of these; 0 for any number
   std::string job_;
   double job_start_ = 0.0, job_length_ = 1.0;  // s
 };

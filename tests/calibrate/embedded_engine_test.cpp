@@ -1,4 +1,5 @@
 // The embedded simulator behind the engine's door: grains that a piston lets down.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -102,9 +103,29 @@ TEST(EmbeddedEngine, StopsWhenAsked) {
                Interrupted);
 }
 
-TEST(EmbeddedEngine, ThatItTakesLongerThanAllowedIsAStatus) {
-  EXPECT_EQ(embedded_engine().run(spec_of(soft_rig()), {.time_limit = 0.0}).status,
-            RunStatus::timed_out);
+// By a count of steps and by no clock: the last step that is allowed decides, on any machine.
+TEST(EmbeddedEngine, ThatItTakesMoreStepsThanAllowedIsAStatus) {
+  const SimulationSpec spec = spec_of(soft_rig());
+  std::int64_t enough = 1, few = 1;
+  while (embedded_engine().run(spec, {.step_limit = enough}).status == RunStatus::timed_out) {
+    few = enough;
+    enough *= 2;
+  }
+  while (enough - few > 1) {
+    const std::int64_t middle = (few + enough) / 2;
+    const EngineRun run = embedded_engine().run(spec, {.step_limit = middle});
+    (run.status == RunStatus::timed_out ? few : enough) = middle;
+    if (run.status != RunStatus::timed_out) continue;
+    EXPECT_EQ(run.message, fmt::format("it takes more than {} steps", middle));
+    EXPECT_FALSE(run.recording.tracks.has_value());
+  }
+  EXPECT_GT(enough, 100);
+  const EngineRun limited = embedded_engine().run(spec, {.step_limit = enough});
+  const EngineRun free = embedded_engine().run(spec, {});
+  ASSERT_EQ(limited.status, RunStatus::completed);
+  ASSERT_EQ(free.status, RunStatus::completed);
+  for (std::size_t i = 0; i < free.recording.tracks->poses.size(); ++i)
+    EXPECT_EQ(limited.recording.tracks->poses[i].x, free.recording.tracks->poses[i].x);
 }
 
 TEST(EmbeddedEngine, ItsLargestTimeStepIsBelowTheRayleighStep) {
