@@ -10,6 +10,7 @@ void TrackingSummary::warn(std::string sentence) {
 }
 
 void TrackingSummary::fail(std::string sentence) {
+  failures.push_back(sentence);
   warnings.push_back(std::move(sentence));
   grade = Grade::fail;
 }

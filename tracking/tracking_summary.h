@@ -14,7 +14,7 @@ std::string to_string(Grade grade);
 struct TrackingSummary {
   Grade grade = Grade::ok;
   std::vector<std::string> warnings;  // sentences, with frame numbers
-
+  std::vector<std::string> failures;  // those of the warnings that make the grade "fail"
   std::vector<std::string> findings;  // what the film shows, as a phrase to print
 
   // Adds a sentence; the grade sinks to match.

@@ -29,6 +29,7 @@ Json summary_json(const tracking::TrackingSummary& summary, const datasets::Film
                {"film", film.video.filename().string()},
                {"grade", tracking::to_string(summary.grade)},
                {"warnings", summary.warnings},
+               {"failures", summary.failures},
                {"findings", summary.findings},
                {"width_px", summary.width},
                {"height_px", summary.height},
@@ -67,17 +68,52 @@ Json summary_json(const tracking::TrackingSummary& summary, const datasets::Film
   return json;
 }
 
-// What an earlier run left for this film; null where there is nothing or it is of another film or
-// rig.
-Json earlier_summary(const datasets::RunFolder& folder,
-                     const std::string& name,
-                     const std::string& hash) {
-  if (!std::filesystem::exists(folder.tracking_of(name)) ||
-      !std::filesystem::exists(folder.tracks(name)))
-    return nullptr;
-  Json summary = Json::parse(datasets::read_whole(folder.tracking_of(name)), nullptr, false);
-  if (summary.is_discarded() || summary.value("hash", "") != hash) return nullptr;
-  return summary;
+// What proves that files of a film are those that its tracking left; only in tracks/<film>.json.
+constexpr const char* file_hashes = "files";
+constexpr const char* own_checksum = "checksum";
+
+// What an earlier run left for this film.
+struct EarlierTracks {
+  Json summary;             // null where it cannot be used
+  std::string complaint;    // why; empty where there is nothing
+  bool is_damaged = false;  // files were changed, not what is asked for
+};
+
+// Says what is wrong with the files; empty where nothing is.
+std::string changed_file(const datasets::RunFolder& folder, const Json& summary) {
+  const auto files = summary.find(file_hashes);
+  if (files == summary.end() || !files->is_object()) return "it was tracked by an earlier version";
+  Json bare = summary;
+  bare.erase(own_checksum);
+  if (summary.value(own_checksum, "") != datasets::content_hash(bare.dump()))
+    return "its record was changed after it was written";
+  for (const auto& [name, hash] : files->items()) {
+    const std::filesystem::path file = folder.tracks("").parent_path() / name;
+    if (!std::filesystem::exists(file)) return fmt::format("tracks/{} is gone", name);
+    if (hash != datasets::file_hash(file)) {
+      return fmt::format(
+          "tracks/{} was changed after it was written. Changes by hand belong in a file of "
+          "corrections",
+          name);
+    }
+  }
+  return {};
+}
+
+EarlierTracks earlier_tracks(const datasets::RunFolder& folder,
+                             const std::string& name,
+                             const std::string& hash) {
+  const std::filesystem::path file = folder.tracking_of(name);
+  if (!std::filesystem::exists(file)) return {};
+  Json summary = Json::parse(datasets::read_whole(file), nullptr, false);
+  if (!summary.is_object()) return {nullptr, "its record is cut off or holds something else", true};
+  if (!summary.contains("hash") || summary["hash"] != hash)
+    return {nullptr, "the film, its corrections or what is said of it have changed", false};
+  if (std::string complaint = changed_file(folder, summary); !complaint.empty())
+    return {nullptr, std::move(complaint), true};
+  summary.erase(file_hashes);
+  summary.erase(own_checksum);
+  return {std::move(summary), {}, false};
 }
 
 Json track_film(const datasets::TrackingSpec& spec,
@@ -96,9 +132,12 @@ Json track_film(const datasets::TrackingSpec& spec,
   const datasets::TrackingSpec recorded = tracking::as_recorded(spec, film.video);
   const auto tracker = tracking::make_tracker(recorded, film);
   const tracking::TrackedFilm tracked = tracking::track_film(*tracker, recorded, film, options);
-  datasets::write_tracks(folder.tracks(film.name), tracked.trajectories);
-  for (const auto& [name, table] : tracker->tables())
-    datasets::write_csv(folder.film_table(film.name, name), table);
+  std::vector<std::filesystem::path> files = {folder.tracks(film.name)};
+  datasets::write_tracks(files.front(), tracked.trajectories);
+  for (const auto& [name, table] : tracker->tables()) {
+    files.push_back(folder.film_table(film.name, name));
+    datasets::write_csv(files.back(), table);
+  }
   Json summary = summary_json(tracked.summary, film);
   tracker->describe(summary);
   for (const char* moment : {"first", "middle", "last"}) {
@@ -108,10 +147,16 @@ Json track_film(const datasets::TrackingSpec& spec,
           std::filesystem::relative(frame, folder.root).generic_string());
     }
   }
-  // The summary is written last: its hash says that everything else of this film is there.
+  // The summary is written last: its hash says that everything else of this film is there, and the
+  // hashes of the files that they are as they were.
   summary["hash"] = hash;
-  datasets::write_whole(folder.tracking_of(film.name), summary.dump(2) + "\n");
-  return summary;
+  Json record = summary;
+  for (const std::filesystem::path& file : files)
+    record[file_hashes][file.filename().string()] = datasets::file_hash(file);
+  record[own_checksum] = datasets::content_hash(record.dump());
+  datasets::write_whole(folder.tracking_of(film.name), record.dump(2) + "\n");
+  // With the digits that a later run reads back
+  return Json::parse(summary.dump());
 }
 
 // What can be seen to be unusable before the work begins: tracks and curves that do not fit, films
@@ -161,6 +206,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
   std::vector<std::optional<datasets::TrackingSpec>> specs;  // of the films
   TrackedFilms films = look_at_inputs(experiment, specs);
   std::vector<Json> summaries(count);
+  std::vector<std::string> remade(count);  // why files of an earlier run were not used
   std::vector<double> shares(count, 0.0);
   std::atomic<bool> failed = false;
   std::mutex mutex;
@@ -178,8 +224,15 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
     const datasets::TrackingSpec& spec = *specs[i];
     const datasets::Film film = datasets::film_of(experiment, experiment.replicates[i]);
     const std::string hash = datasets::fingerprint(spec);
-    summaries[i] = earlier_summary(folder, film.name, hash);
+    EarlierTracks earlier = earlier_tracks(folder, film.name, hash);
+    summaries[i] = std::move(earlier.summary);
     if (!summaries[i].is_null()) return;
+    if (!earlier.complaint.empty()) {
+      const std::string sentence =
+          fmt::format("{} is tracked again: {}.", film.name, earlier.complaint);
+      progress.say("Note: " + sentence);
+      if (earlier.is_damaged) remade[i] = sentence;
+    }
     const auto on_frame = [&](int frame, int total) {
       show(i, total > 0 ? static_cast<double>(frame) / total : 0.0);
     };
@@ -217,6 +270,12 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
       // Only its bed at rest can be followed, and it would look as if all else had left
       const Json& bed = summaries[i]["bed"];
       films.is_smeared[i] = bed["discharged"].get<int>() + bed["remaining"].get<int>() == 0;
+    }
+    if (!remade[i].empty()) films.warnings.push_back(remade[i]);
+    if (const Json& reasons = summaries[i]["failures"]; !reasons.empty() && !films.is_smeared[i]) {
+      std::string reason = reasons.front().get<std::string>();
+      while (reason.ends_with('.')) reason.pop_back();
+      films.failures.push_back(fmt::format("{} ({})", replicate.name, reason));
     }
     for (const auto& warning : summaries[i]["warnings"]) {
       films.warnings.push_back(fmt::format("{}: {}", replicate.name, warning.get<std::string>()));

@@ -20,11 +20,14 @@ struct TrackedFilms {
   std::vector<char> is_smeared;  // of the same length: moving particles cannot be followed
   std::map<std::string, std::string> input_hashes;  // file name -> content hash
   std::vector<std::string> warnings;
+  std::vector<std::string>
+      failures;  // "rep3 (why)" of each film that is graded "fail" and compared
 };
 
 // Tracks each replicate's film, or reads back what an earlier run left for the very same film and
-// rig; tracks and discharge curves of other programs are read. Writes tracks/*, and tracking.json
-// in the end. Throws calibrate::Interrupted on Ctrl-C; films that were done by then stay done.
+// rig, if no file of it was changed since: else the film is tracked again, and that is said. Tracks
+// and discharge curves of other programs are read. Writes tracks/*, and tracking.json in the end.
+// Throws calibrate::Interrupted on Ctrl-C; films that were done by then stay done.
 TrackedFilms track_films(const datasets::Experiment& experiment,
                          const datasets::RunFolder& folder,
                          int jobs,

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -104,6 +105,59 @@ TEST_F(TrackedFilmRun, IsDoneOnceForEveryStateOfItsFile) {
   EXPECT_NE(film()["hash"], before["hash"]);
   EXPECT_NEAR(
       film()["scale_px_per_mm"].get<double>(), 0.5 * before["scale_px_per_mm"].get<double>(), 1e-9);
+}
+
+// What is kept of a film is used as it was left, or not at all, and that is said.
+TEST_F(TrackedFilmRun, IsTrackedAgainWhereAFileOfItWasChanged) {
+  const std::string file = folder_.write("film.toml", film_text);
+  const auto track = [&] {
+    const ProgramOutcome outcome = run_program({"track", file, "--out", folder_ / "out"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  const std::string again = "Note: film is tracked again: ";
+  EXPECT_EQ(track().find(again), std::string::npos);
+  const std::filesystem::path tracks = folder_ / "out/tracks/film.csv",
+                              record = folder_ / "out/tracks/film.json";
+  const std::string kept = content_of(tracks);
+  EXPECT_EQ(track().find(again), std::string::npos);
+
+  const std::string known = content_of(record);
+  Json earlier = Json::parse(known);
+  earlier.erase("files");
+  earlier.erase("checksum");
+  const auto changed = [&](const std::filesystem::path& place, const std::string& content) {
+    std::ofstream(place, std::ios::binary) << content;
+    return track();
+  };
+  struct Fault {
+    std::filesystem::path place;
+    std::string content, words;
+  };
+  const std::string edited = "tracks/film.csv was changed after it was written";
+  for (const Fault& fault :
+       std::vector<Fault>{{tracks, kept.substr(0, kept.size() / 2), edited},
+                          {tracks, kept.substr(0, kept.rfind('\n', kept.size() - 2) + 1), edited},
+                          {tracks, with(kept, ",1,", ",2,"), edited},
+                          {tracks, "", edited},
+                          {record,
+                           with(known, "\"grade\": \"warn\"", "\"grade\": \"ok\""),
+                           "its record was changed after it was written"},
+                          {record, known.substr(0, known.size() / 2), "its record is cut off"},
+                          {record, "[]", "its record is cut off or holds something else"},
+                          {record, earlier.dump(), "it was tracked by an earlier version"}}) {
+    const std::string said = changed(fault.place, fault.content);
+    EXPECT_NE(said.find(again + fault.words), std::string::npos) << said;
+    EXPECT_EQ(content_of(tracks), kept) << fault.words;
+    EXPECT_EQ(film()["grade"], "warn");
+  }
+  std::filesystem::remove(tracks);
+  EXPECT_NE(track().find(again + "tracks/film.csv is gone"), std::string::npos);
+  EXPECT_EQ(content_of(tracks), kept);
+  folder_.write("film.toml", with(film_text, "length_mm = 100", "length_mm = 200"));
+  EXPECT_NE(track().find(again + "the film, its corrections or what is said of it have changed"),
+            std::string::npos);
+  EXPECT_NE(content_of(tracks), kept);
 }
 
 // The same pictures kept one by one, with four clicked points for a scale.
