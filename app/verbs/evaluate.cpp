@@ -8,6 +8,7 @@
 #include "app/run/session.h"
 #include "calibrate/calibration.h"
 #include "calibrate/result/evaluation_json.h"
+#include "calibrate/result/failures.h"
 
 namespace graintruth::app {
 
@@ -73,6 +74,16 @@ int run_evaluate(const EvaluateCommand& command) {
     add_lines(json, "", lines);
     print(lines);
   }
+  // Whoever drives us must not take what is left of a few runs for what the parameters do
+  const calibrate::Failures failures =
+      calibrate::failures_of(problem, problem.calibrated_scenes, evaluation);
+  if (failures.are_too_many) {
+    throw calibrate::TooManyFailures(
+        failures.sentence +
+        "; look at walls and starting places in the pictures of 'graintruth "
+        "check', and at the parameters");
+  }
+  if (!failures.sentence.empty()) fmt::print(stderr, "Note: {}.\n", failures.sentence);
   return 0;
 }
 

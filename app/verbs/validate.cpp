@@ -3,7 +3,9 @@
 
 #include "app/run/session.h"
 #include "app/run/side_by_side.h"
+#include "calibrate/result/failures.h"
 #include "calibrate/result/result_files.h"
+#include "calibrate/search/search.h"
 #include "datasets/store/input_error.h"
 
 namespace graintruth::app {
@@ -48,6 +50,9 @@ int run_validate(const ValidateCommand& command) {
   session.record().simulations_run = ensemble->simulated();
   session.record().options = {{"runs", std::to_string(command.runs)}};
   calibrate::Validation validation{.warnings = session.films().warnings};
+  const calibrate::Failures failures =
+      calibrate::failures_of(problem, problem.every_scene(), confirmed.runs);
+  if (!failures.sentence.empty()) validation.warnings.push_back(failures.sentence + ".");
   calibrate::write_validation(session.folder(), problem, confirmed, session.seconds(), validation);
   calibrate::write_journal_csv(session.folder().journal_csv(), journal);
   if (!command.common.json) {
@@ -55,6 +60,9 @@ int run_validate(const ValidateCommand& command) {
   }
   draw_side_by_side(session, problem, point);
   session.finish();
+  if (failures.are_too_many) {
+    throw calibrate::TooManyFailures(failures.sentence + "; the report shows the rest");
+  }
   if (!command.require_agreement) return 0;
   const double percent = validation.agreement_percent;
   if (percent >= *command.require_agreement) return 0;
