@@ -1,11 +1,14 @@
 #include "app/thesis/studies.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "app/run/interrupt.h"
 #include "calibrate/compare/simulated_run.h"
 #include "calibrate/ensemble.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/store/run_folder.h"
 
 namespace graintruth::app {
@@ -26,13 +29,21 @@ std::string Studies::key_of(const std::string& inputs) const {
          inputs;
 }
 
-// Nothing where the file is absent, of other inputs, or cannot be read.
+// Nothing where the file is absent, of other inputs, cannot be read, or was changed.
 Studies::Json Studies::stored(const std::string& name, const std::string& inputs) const {
   const std::filesystem::path file = file_of(name);
   if (!std::filesystem::exists(file)) return nullptr;
   const auto kept = Json::parse(datasets::read_whole(file), nullptr, /*allow_exceptions=*/false);
   if (!kept.is_object() || kept.value("inputs", "") != key_of(inputs)) return nullptr;
-  return kept.value("result", Json());
+  Json result = kept.value("result", Json());
+  if (kept.value("checksum", "") != datasets::content_hash(result.dump())) {
+    progress_.say(
+        fmt::format("Note: {} was changed after it was written, or is of an earlier "
+                    "version; it is made again.",
+                    file.string()));
+    return nullptr;
+  }
+  return result;
 }
 
 Studies::Json Studies::result(const std::string& name,
@@ -47,7 +58,10 @@ Studies::Json Studies::result(const std::string& name,
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::filesystem::path file = file_of(name);
-  const Json kept = {{"inputs", key_of(inputs)}, {"seconds", seconds}, {"result", result}};
+  const Json kept = {{"inputs", key_of(inputs)},
+                     {"seconds", seconds},
+                     {"checksum", datasets::content_hash(result.dump())},
+                     {"result", result}};
   std::filesystem::create_directories(file.parent_path());
   datasets::write_whole(file, kept.dump(1) + "\n");
   // As it will be read back, so that a run and its repetition give the same digits.

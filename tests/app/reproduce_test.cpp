@@ -154,6 +154,12 @@ TEST_F(Reproduce, SimulatesOnceAndRebuildsFromWhatIsStored) {
   const ProgramOutcome second = reproduce({"eq-3.7"});
   EXPECT_EQ(second.out, first.out);
   EXPECT_EQ(fs::last_write_time(study), written);
+  // What was changed by hand is not taken for a result
+  std::string kept = content_of(study);
+  const std::size_t digit = kept.find_first_of("12345678", kept.find("\"result\""));
+  ++kept[digit];
+  std::ofstream(study) << kept;
+  EXPECT_EQ(reproduce({"eq-3.7"}).out, first.out);
   // Other inputs are simulated anew
   change("resimulation", "impulse,time,0.05", "impulse,time,0.04");
   EXPECT_EQ(reproduce({"eq-3.7"}).status, 0);
