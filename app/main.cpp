@@ -5,8 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include "app/run/command_line_text.h"
 #include "app/verbs/commands.h"
@@ -98,6 +103,15 @@ void add_parameters(CLI::App& verb, std::filesystem::path& parameters) {
       ->required();
 }
 
+void add_step_limit(CLI::App& verb, app::CommonOptions& options) {
+  verb.add_option("--step-limit",
+                  options.step_limit,
+                  "Steps of one simulation; one that takes more has failed, and is simulated again "
+                  "by the next run (default: 20 times what its filling and phases take)")
+      ->type_name("N")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53));
+}
+
 void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status) {
   CLI::App& verb = add_verb(
       program,
@@ -109,6 +123,7 @@ void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status)
   verb.add_option(
           "--runs", command.runs, "Number of seeds (default: as in the search of calibrate)")
       ->check(CLI::Range(1, 10000));
+  add_step_limit(verb, command.common);
   add_common_options(verb, command.common);
   verb.callback([&] { status = run_evaluate(command); });
 }
@@ -293,6 +308,7 @@ void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
                        app::JournalAction::drop);
   CLI::Option_group& which = *drop.add_option_group("which");
   which.add_flag("--failed", command.failed, "All simulations that did not complete");
+  which.add_flag("--damaged", command.damaged, "All rows that cannot be read or were changed");
   which.add_option("--problem", command.problem, "All simulations of one problem")
       ->type_name("HASH");
   which.add_option("--id", command.ids, "The simulations with these numbers")->type_name("ID");
@@ -317,6 +333,8 @@ std::string joined(int argc, char** argv) {
 int main(int argc, char** argv) {
   // The decoder's own complaints about a film are of no use to the user; ours name file and frame.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  // A file that may not grow any more is an error of writing, and no end without a word
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App program(
       "Calibrates a discrete-element model of grains on an experiment, and writes a report.",
       "graintruth");
@@ -359,6 +377,10 @@ int main(int argc, char** argv) {
   calibrate_verb.add_flag("--watch",
                           calibrate.watch,
                           "Keep report.html up to date during the run; a browser reloads it");
+  calibrate_verb.add_flag("--use-failed-tracks",
+                          calibrate.use_failed_tracks,
+                          "Calibrate on films too whose tracking has failed");
+  add_step_limit(calibrate_verb, calibrate.common);
   add_common_options(calibrate_verb, calibrate.common);
   calibrate_verb.callback([&] { status = run_calibrate(calibrate); });
 
@@ -388,6 +410,7 @@ int main(int argc, char** argv) {
       .add_option("--runs", validate.runs, "Number of seeds; the mean of these runs is scored")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
+  add_step_limit(validate_verb, validate.common);
   add_common_options(validate_verb, validate.common);
   validate_verb.callback([&] { status = run_validate(validate); });
 
@@ -464,6 +487,15 @@ int main(int argc, char** argv) {
     return refuse(error.what(), too_many_failures);
   } catch (const calibrate::Interrupted& error) {
     return refuse(error.what(), interrupted);
+  } catch (const std::system_error& error) {
+    return refuse(error.what(), unusable_input);
+  }
+  // What was printed may still wait for room
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    return refuse(
+        fmt::format("what was printed cannot be written ({}); all files of the run are there",
+                    std::strerror(errno)),
+        unusable_input);
   }
   return status;
 }

@@ -95,7 +95,11 @@ std::vector<Evaluation> Ensemble::evaluate(const std::string& stage,
       const Scene& scene = scenes_[run / seeds.size()];
       SimulationSpec spec = scene.spec(
           points[point].parameters, points[point].time_step_fraction, seeds[run % seeds.size()]);
-      if (auto known = journal_.find(fingerprint_of(spec))) {
+      const std::string fingerprint = fingerprint_of(spec);
+      if (auto known = journal_.find(fingerprint)) {
+        if (const std::string misfit = comparison_->misfit(*known, run / seeds.size());
+            !misfit.empty())
+          journal_.refuse(fingerprint, misfit);
         evaluations[point].runs[run] = *std::move(known);
         count(true);
         continue;

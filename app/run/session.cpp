@@ -8,6 +8,7 @@
 #include "app/run/interrupt.h"
 #include "calibrate/result/result_files.h"
 #include "datasets/store/fingerprint.h"
+#include "datasets/store/input_error.h"
 #include "reports/report.h"
 
 namespace graintruth::app {
@@ -35,8 +36,7 @@ Session::Session(std::string verb, const CommonOptions& options, datasets::Exper
       progress_(options.quiet),
       start_(std::chrono::steady_clock::now()),
       experiment_(std::move(experiment)),
-      made_(folder_for(options, experiment_)),
-      folder_(datasets::open_run_folder(folder_for(options, experiment_))) {
+      held_(folder_for(options, experiment_), verb, options.quiet) {
   record_.verb = std::move(verb);
   record_.compares = record_.verb != "track";
   // Before any film is tracked for nothing
@@ -44,20 +44,39 @@ Session::Session(std::string verb, const CommonOptions& options, datasets::Exper
     calibrate::complete_particle(experiment_);
     calibrate::require_comparable(experiment_);
   }
+  if (record_.verb != "track") look_at_journal();
   record_.started_at = utc_now();
   record_.jobs = threads_of(options);
   executor_ = calibrate::make_executor("threads", record_.jobs);
   catch_interrupts();
 }
 
+// What an earlier run left is looked at before anything is tracked or simulated on top of it.
+void Session::look_at_journal() {
+  if (!std::filesystem::exists(folder().journal())) return;
+  calibrate::Journal journal(folder().journal());
+  for (const std::string& sentence : journal.notices()) progress_.say("Note: " + sentence);
+  journal.require_sound();
+}
+
 void Session::track() {
   const auto start = std::chrono::steady_clock::now();
-  films_ = track_films(experiment_, folder_, jobs(), progress_);
+  films_ = track_films(experiment_, folder(), jobs(), progress_);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   record_.stages.push_back({"tracking", taken.count()});
   record_.input_hashes = films_.input_hashes;
   record_.input_hashes[experiment_.file.filename().string()] =
       datasets::file_hash(experiment_.file);
+}
+
+void Session::require_usable_tracks() const {
+  if (films_.failures.empty()) return;
+  throw datasets::InputError(fmt::format(
+      "{}: the tracking has failed of {}; look at the overlays in {}, mend film, file or "
+      "corrections, or calibrate on these tracks all the same by --use-failed-tracks.",
+      experiment_.file.string(),
+      fmt::join(films_.failures, ", of "),
+      (folder().root / "tracks").string()));
 }
 
 Session::Measurable Session::measurable() {
@@ -82,18 +101,20 @@ Session::Measurable Session::measurable() {
 
 std::vector<std::string> Session::write_measured() {
   const Measurable own = measurable();
-  return calibrate::write_measured(folder_, own.experiment, own.recordings);
+  return calibrate::write_measured(folder(), own.experiment, own.recordings);
 }
 
 calibrate::Problem Session::problem() {
   const Measurable own = measurable();
   calibrate::Problem problem = calibrate::make_problem(own.experiment, own.recordings);
-  calibrate::write_measured(folder_, own.experiment, own.recordings);
+  calibrate::write_measured(folder(), own.experiment, own.recordings);
   films_.warnings.insert(films_.warnings.end(), problem.warnings.begin(), problem.warnings.end());
   return problem;
 }
 
-calibrate::EngineOptions Session::engine_options() const { return {.stop = is_interrupted}; }
+calibrate::EngineOptions Session::engine_options() const {
+  return {.step_limit = options_.step_limit, .stop = is_interrupted};
+}
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(
     const calibrate::Problem& problem,
@@ -122,22 +143,22 @@ void Session::add_film_warnings(std::vector<std::string>& warnings) const {
   warnings.insert(warnings.end(), films_.warnings.begin(), films_.warnings.end());
 }
 
-void Session::write_record() const { write_run_record(folder_, options_, experiment_, record_); }
+void Session::write_record() const { write_run_record(folder(), options_, experiment_, record_); }
 
 void Session::write_report() {
   write_record();
-  datasets::remove_progress(folder_);
-  if (std::filesystem::exists(folder_.result())) reports::write_report(folder_);
+  datasets::remove_progress(folder());
+  if (std::filesystem::exists(folder().result())) reports::write_report(folder());
 }
 
 void Session::finish() {
   write_report();
-  if (!std::filesystem::exists(folder_.result())) return;
+  if (!std::filesystem::exists(folder().result())) return;
   if (options_.json) {
-    fmt::print("{}", datasets::read_whole(folder_.result()));
-    progress_.say(fmt::format("Report: {}", folder_.report().string()));
+    fmt::print("{}", datasets::read_whole(folder().result()));
+    progress_.say(fmt::format("Report: {}", folder().report().string()));
   } else {
-    fmt::print("Report: {}\n", folder_.report().string());
+    fmt::print("Report: {}\n", folder().report().string());
   }
 }
 

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "app/run/films.h"
-#include "app/run/made_folders.h"
+#include "app/run/held_folder.h"
 #include "app/run/run_record.h"
 #include "app/verbs/commands.h"
 #include "calibrate/ensemble.h"
@@ -26,6 +26,8 @@ class Session {
   Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment);
 
   void track();
+  // Throws datasets::InputError that names the films of which the tracking has failed, and why.
+  void require_usable_tracks() const;
   // Measured as it was recorded; recordings that cannot be measured are left out, with a warning,
   // and measured.json is written. Throws datasets::InputError where nothing can be compared.
   calibrate::Problem problem();
@@ -51,7 +53,7 @@ class Session {
   double seconds() const;
 
   const datasets::Experiment& experiment() const { return experiment_; }
-  const datasets::RunFolder& folder() const { return folder_; }
+  const datasets::RunFolder& folder() const { return held_.folder(); }
   const TrackedFilms& films() const { return films_; }
   ProgressLine& progress() { return progress_; }
   // Shows how many of a batch of simulations are done.
@@ -67,6 +69,7 @@ class Session {
     std::vector<datasets::Recording> recordings;
   };
   Measurable measurable();
+  void look_at_journal();
   std::unique_ptr<calibrate::Ensemble> ensemble_of(
       const calibrate::Problem& problem,
       std::span<const std::size_t> scenes,
@@ -77,8 +80,7 @@ class Session {
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_;
   datasets::Experiment experiment_;
-  MadeFolders made_;
-  datasets::RunFolder folder_;
+  HeldFolder held_;
   RunRecord record_;
   TrackedFilms films_;
   std::unique_ptr<calibrate::Executor> executor_;

@@ -78,9 +78,11 @@ void conclude(const CalibrateCommand& command,
   RunRecord& record = session.record();
   record.simulations_run = simulated;
   record.stages.insert(record.stages.end(), result.stages.begin(), result.stages.end());
-  record.options = {{"budget", std::to_string(options.budget)},
-                    {"search_seeds", std::to_string(options.search_seeds)},
-                    {"confirmation_seeds", std::to_string(options.confirmation_seeds)}};
+  if (command.common.step_limit > 0)
+    record.options["step_limit"] = std::to_string(command.common.step_limit);
+  record.options.insert({{"budget", std::to_string(options.budget)},
+                         {"search_seeds", std::to_string(options.search_seeds)},
+                         {"confirmation_seeds", std::to_string(options.confirmation_seeds)}});
   if (command.common.json) return;
   if (!session.experiment().note.empty()) fmt::print("{}\n", session.experiment().note);
   print_parameters(result);
@@ -98,6 +100,7 @@ calibrate::EvaluationPoint winner_of(const calibrate::SearchResult& result) {
 
 void calibrate_one(const CalibrateCommand& command, Session& session) {
   session.track();
+  if (!command.use_failed_tracks) session.require_usable_tracks();
   const calibrate::Problem problem = session.problem();
   const std::array experiments = {
       calibrate::CalibratedExperiment{session.experiment().name, &problem}};
@@ -144,6 +147,7 @@ void calibrate_several(const CalibrateCommand& command, const datasets::JointExp
         options_of_part(command.common, whole.folder(), part.experiment.name),
         part.experiment));
     sessions.back()->track();
+    if (!command.use_failed_tracks) sessions.back()->require_usable_tracks();
     problems.push_back(sessions.back()->problem());
     for (const auto& [file, hash] : sessions.back()->record().input_hashes)
       whole.record().input_hashes[part.experiment.name + "/" + file] = hash;

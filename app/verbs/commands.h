@@ -18,7 +18,8 @@ struct CommonOptions {
   std::uint64_t seed = 1;
   bool quiet = false;
   bool json = false;
-  std::string command_line;  // as typed, for run.json
+  std::int64_t step_limit = 0;  // of a simulation that is compared; 0: the engine's own
+  std::string command_line;     // as typed, for run.json
 };
 
 // Threads to use: as many as asked for, or else as there are cores.
@@ -27,9 +28,10 @@ int threads_of(const CommonOptions& options);
 struct CalibrateCommand {
   CommonOptions common;
   std::filesystem::path experiment;
-  int budget = 0;           // evaluations; 0: the default
-  double time_limit = 0.0;  // s; 0: none
-  bool watch = false;       // the report follows the run
+  int budget = 0;                  // evaluations; 0: the default
+  double time_limit = 0.0;         // s; 0: none
+  bool watch = false;              // the report follows the run
+  bool use_failed_tracks = false;  // films whose tracking was graded "fail" count as well
 };
 int run_calibrate(const CalibrateCommand& command);
 
@@ -121,6 +123,7 @@ struct JournalCommand {
   std::filesystem::path run_folder;
   std::vector<std::int64_t> ids;  // show: one; drop: any number
   bool failed = false;            // drop
+  bool damaged = false;           // drop
   std::string problem;            // drop; a hash
   std::filesystem::path other;    // merge; a run folder
   std::filesystem::path out;      // export; empty: journal.csv of the run, "-": stdout

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <tuple>
 
+#include "app/run/held_folder.h"
 #include "app/verbs/commands.h"
 #include "datasets/store/input_error.h"
 #include "datasets/store/run_folder.h"
@@ -19,15 +21,15 @@ namespace {
 using calibrate::Journal;
 using calibrate::JournalRow;
 
-// A journal that is there; opening one that is not would make it.
-Journal open_journal(const std::filesystem::path& run_folder) {
-  const std::filesystem::path file = datasets::RunFolder{run_folder}.journal();
+// The file of a journal that is there; opening one that is not would make it.
+std::filesystem::path journal_of(const std::filesystem::path& run_folder) {
+  std::filesystem::path file = datasets::RunFolder{run_folder}.journal();
   if (!std::filesystem::is_regular_file(file)) {
     throw datasets::InputError(
         fmt::format("{}: there is no such journal; give the folder of a calibration or validation.",
                     file.string()));
   }
-  return Journal(file);
+  return file;
 }
 
 // Simulations by problem, stage and status, with the processor time spent on them.
@@ -101,41 +103,75 @@ void export_rows(const JournalCommand& command, Journal& journal) {
   fmt::print("{}\n", file.string());
 }
 
-void drop(const JournalCommand& command, Journal& journal) {
-  std::vector<std::int64_t> ids;
-  const std::vector<JournalRow> rows = journal.rows();
-  for (const JournalRow& row : rows) {
-    const bool chosen =
-        (command.failed && row.run.status != calibrate::RunStatus::completed) ||
-        (!command.problem.empty() && row.problem == command.problem) ||
-        std::find(command.ids.begin(), command.ids.end(), row.id) != command.ids.end();
-    if (chosen) ids.push_back(row.id);
+std::vector<std::int64_t> chosen_rows(const JournalCommand& command, Journal& journal) {
+  if (command.damaged) return journal.damaged();
+  if (command.failed) return journal.failed();
+  if (!command.problem.empty()) return journal.of_problem(command.problem);
+  std::vector<std::int64_t> chosen;
+  for (const std::int64_t id : journal.all()) {
+    if (std::find(command.ids.begin(), command.ids.end(), id) != command.ids.end())
+      chosen.push_back(id);
   }
-  journal.drop(ids);
-  calibrate::write_journal_csv(datasets::RunFolder{command.run_folder}.journal_csv(), journal);
-  fmt::print("{} simulations dropped, {} left\n", ids.size(), rows.size() - ids.size());
+  return chosen;
 }
 
-void merge(const JournalCommand& command, Journal& journal) {
-  Journal other = open_journal(command.other);
-  int added = 0;
-  int known = 0;
-  for (const JournalRow& row : other.rows()) {
-    if (journal.find(row.fingerprint)) {
-      ++known;
-    } else {
-      journal.add(row);
-      ++added;
-    }
+// Rows that are damaged can be dropped as all others.
+void drop(const JournalCommand& command, Journal& journal) {
+  const std::vector<std::int64_t> chosen = chosen_rows(command, journal);
+  journal.drop(chosen);
+  fmt::print("{} simulations dropped, {} left\n", chosen.size(), journal.all().size());
+  if (const std::size_t damaged = journal.damaged().size(); damaged > 0) {
+    fmt::print(
+        "{} damaged rows are left, so that journal.csv is not renewed; drop them with "
+        "--damaged\n",
+        damaged);
+    return;
   }
   calibrate::write_journal_csv(datasets::RunFolder{command.run_folder}.journal_csv(), journal);
-  fmt::print("{} simulations added, {} were there already\n", added, known);
+}
+
+// Nothing is added where anything is refused.
+void merge(const JournalCommand& command, Journal& journal) {
+  Journal other(journal_of(command.other), Journal::Use::reading);
+  journal.require_sound();
+  other.require_sound();
+  std::vector<JournalRow> added;
+  int known = 0;
+  for (JournalRow& row : other.rows()) {
+    const auto here = journal.row_of(row.fingerprint);
+    const auto timed_out = calibrate::RunStatus::timed_out;
+    if (!here || (here->run.status == timed_out && row.run.status != timed_out)) {
+      added.push_back(std::move(row));
+      continue;
+    }
+    ++known;
+    if (row.run.status == timed_out || is_same_result(*here, row)) continue;
+    throw datasets::InputError(fmt::format(
+        "{}: row {} and row {} of {} are of the same simulation and have different results; find "
+        "out which machine errs, and drop its row with 'graintruth journal drop RUN_DIR --id ID'.",
+        datasets::RunFolder{command.other}.journal().string(),
+        row.id,
+        here->id,
+        datasets::RunFolder{command.run_folder}.journal().string()));
+  }
+  journal.belong_to(other.parts());
+  for (const JournalRow& row : added) journal.add(row);
+  calibrate::write_journal_csv(datasets::RunFolder{command.run_folder}.journal_csv(), journal);
+  fmt::print("{} simulations added, {} were there already\n", added.size(), known);
 }
 
 }  // namespace
 
 int run_journal(const JournalCommand& command) {
-  Journal journal = open_journal(command.run_folder);
+  const std::filesystem::path file = journal_of(command.run_folder);
+  // Whoever writes into the folder has it for himself
+  std::optional<Hold> hold;
+  const bool changes =
+      command.action == JournalAction::drop || command.action == JournalAction::merge;
+  if (changes || (command.action == JournalAction::export_rows && command.out.empty()))
+    hold.emplace(command.run_folder, "journal", false);
+  Journal journal(file, changes ? Journal::Use::writing : Journal::Use::reading);
+  for (const std::string& sentence : journal.notices()) fmt::print(stderr, "Note: {}\n", sentence);
   switch (command.action) {
     case JournalAction::list:
       list(journal);

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
+#include "app/run/held_folder.h"
 #include "app/run/pdf.h"
 #include "app/verbs/commands.h"
 
@@ -10,6 +13,8 @@ namespace graintruth::app {
 
 int run_report(const ReportCommand& command) {
   const datasets::RunFolder folder{command.run_folder};
+  std::optional<Hold> hold;  // what is no folder is refused below
+  if (std::filesystem::is_directory(folder.root)) hold.emplace(folder.root, "report", false);
   reports::write_report(folder);
   fmt::print("{}\n", folder.report().string());
   if (command.pdf) {

@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "app/run/data_folder.h"
+#include "app/run/held_folder.h"
 #include "app/run/interrupt.h"
-#include "app/run/made_folders.h"
 #include "app/run/run_record.h"
 #include "app/thesis/results.h"
 #include "app/thesis/targets.h"
@@ -124,8 +124,8 @@ int run_reproduce(const ReproduceCommand& command) {
   const std::vector<Erratum> errata = thesis.errata();
   const std::filesystem::path root =
       command.common.out.empty() ? std::filesystem::path("out") / "reproduce" : command.common.out;
-  const MadeFolders made(root);
-  const datasets::RunFolder folder = datasets::open_run_folder(root);
+  const HeldFolder held(root, "reproduce", command.common.quiet);
+  const datasets::RunFolder& folder = held.folder();
   catch_interrupts();
 
   // 2. Target by target

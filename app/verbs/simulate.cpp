@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/data_folder.h"
+#include "app/run/held_folder.h"
 #include "app/run/interrupt.h"
-#include "app/run/made_folders.h"
 #include "app/run/progress.h"
 #include "app/run/run_record.h"
 #include "app/scenes/scene_files.h"
@@ -183,8 +183,8 @@ int run_simulate(const SimulateCommand& command) {
   // 1. The scene and its folder
   const datasets::SceneFile file = load(command);
   const std::filesystem::path root = folder_for(command, file.name);
-  const MadeFolders made(root);
-  const datasets::RunFolder folder = datasets::open_run_folder(root);
+  const HeldFolder held(root, "simulate", command.common.quiet);
+  const datasets::RunFolder& folder = held.folder();
   catch_interrupts();
 
   // 2. The simulation and its files

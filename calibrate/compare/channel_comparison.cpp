@@ -339,6 +339,32 @@ RunScore ChannelComparison::score_run(const SimulatedRun& run, std::size_t scene
   return ChannelComparison({experiments_[i]}).score_run(run, own_scene);
 }
 
+std::string ChannelComparison::misfit(const SimulatedRun& run, std::size_t scene) const {
+  if (run.status != RunStatus::completed) return {};
+  std::size_t i = 0;
+  while (i + 1 < parts_.size() && scene >= parts_[i + 1].first_scene) ++i;
+  const ComparedExperiment& experiment = experiments_[i];
+  const auto& observables = experiment.observables->all();
+  if (run.channels.size() != observables.size()) {
+    return fmt::format("it has results of {} observables, but {} are measured",
+                       run.channels.size(),
+                       observables.size());
+  }
+  const Layout& layout = experiment.layout;
+  const std::size_t replicate =
+      layout.conditions[layout.condition_of_scene(scene - parts_[i].first_scene)]
+          .replicates.front();
+  for (const auto& [place, weight] : experiment.observables->compared()) {
+    const std::size_t known = run.channels[place].values.size();
+    const std::size_t wanted = experiment.measured[replicate][place].values.size();
+    // Who cannot tell has none
+    if (known == wanted || known == 0 || wanted == 0) continue;
+    return fmt::format(
+        "it has {} values of {}, but {} are compared", known, observables[place]->name(), wanted);
+  }
+  return {};
+}
+
 // Excess of the second model and D of the text in the header, [L(z2) - L(z1)] + [L(2 z1 - z2) -
 // L(z1)], z being residuals: H (p2 - p1)^2 on a parabola of curvature H.
 double ChannelComparison::second_difference(std::size_t i,

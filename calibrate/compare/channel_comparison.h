@@ -66,6 +66,7 @@ class ChannelComparison final : public Comparison {
   //   var = sum over conditions of (n - 1)/n sum (v_i - mean v)^2
   double noise(std::span<const SimulatedRun> runs) const override;
   RunScore score_run(const SimulatedRun& run, std::size_t scene) const override;
+  std::string misfit(const SimulatedRun& run, std::size_t scene) const override;
   // By the jackknife (Efron and Stein 1981), condition by condition; where every rule pools its
   // conditions, by moving the mean of each by what any replicate deviates from its own. Half widths
   // that come from the same few replicates are small just where these happen to lie close together,

@@ -65,6 +65,11 @@ class Comparison {
   // Standard deviation of the objective that comes from the seeds alone: delete-one jackknife.
   virtual double noise(std::span<const SimulatedRun> runs) const = 0;
   virtual RunScore score_run(const SimulatedRun& run, std::size_t scene) const = 0;
+  // Why a run that was kept cannot be compared, as "it has 3 values of tracks, but 9 are compared";
+  // empty where it can.
+  virtual std::string misfit(const SimulatedRun& /*run*/, std::size_t /*scene*/) const {
+    return {};
+  }
 
   // Zeros where widths do not come from replicates.
   virtual ReplicateVariance replicate_variance(const Evaluation&, const Evaluation&) const {

@@ -93,6 +93,20 @@ void Search::run() {
   timed("last proposals", [&] { follow_emulator(1.0, 0); });
   timed("posterior", [&] { learn_landscape(); });
   timed("choice", [&] { choose(); });
+  say_that_time_was_up();
+}
+
+// A clock is no part of the experiment: without it the same command comes farther, or on another
+// machine.
+void Search::say_that_time_was_up() {
+  const auto evaluations = static_cast<int>(result_.evaluations.size());
+  if (!is_time_up() || evaluations >= options_.budget || space_.dimension() == 0) return;
+  result_.warnings.push_back(fmt::format(
+      "The time limit of {:.4g} s ended the search after {} of {} evaluations, so that another "
+      "machine may find other parameters. Run the same command without it to go on from here.",
+      options_.time_limit,
+      evaluations,
+      options_.budget));
 }
 
 void Search::timed(const char* name, const std::function<void()>& stage) {
@@ -178,9 +192,13 @@ int Search::kept_for_intervals() const {
   return std::min(wanted, share_of_budget(profile_share));
 }
 
-int Search::budget_left() const {
+bool Search::is_time_up() const {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
-  if (options_.time_limit > 0.0 && taken.count() > options_.time_limit) return 0;
+  return options_.time_limit > 0.0 && taken.count() > options_.time_limit;
+}
+
+int Search::budget_left() const {
+  if (is_time_up()) return 0;
   return budget_ - static_cast<int>(result_.evaluations.size());
 }
 

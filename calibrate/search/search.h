@@ -139,6 +139,8 @@ class Search {
   const Evaluation& best() const;
   int share_of_budget(double share) const;
   int kept_for_intervals() const;
+  bool is_time_up() const;
+  void say_that_time_was_up();
   int budget_left() const;
   void choose_step();
   void explore();

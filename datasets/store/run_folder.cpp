@@ -74,6 +74,22 @@ void make_folder(const std::filesystem::path& folder) {
   if (error) refuse_write(folder, error.value());
 }
 
+void remove_unfinished(const RunFolder& folder) {
+  for (const std::filesystem::path& place : {folder.root,
+                                             folder.table("").parent_path(),
+                                             folder.tracks("").parent_path(),
+                                             folder.side_by_side_still(0).parent_path()}) {
+    std::error_code error;
+    std::vector<std::filesystem::path> unfinished;
+    for (const auto& entry : std::filesystem::directory_iterator(place, error)) {
+      const std::filesystem::path& file = entry.path();
+      if (file.extension() == ".unfinished" || file.stem().extension() == ".unfinished")
+        unfinished.push_back(file);
+    }
+    for (const std::filesystem::path& file : unfinished) std::filesystem::remove(file, error);
+  }
+}
+
 void remove_progress(const RunFolder& folder) {
   std::error_code absent;
   std::filesystem::remove(folder.progress(), absent);

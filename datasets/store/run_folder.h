@@ -44,6 +44,10 @@ struct RunFolder {
 // not.
 RunFolder open_run_folder(const std::filesystem::path& root);
 
+// Removes what a process that was killed had begun to write: files called *.unfinished and
+// *.unfinished.*. Only for who has the folder for himself.
+void remove_unfinished(const RunFolder& folder);
+
 // Makes a folder and those above it. Throws InputError if it cannot be made.
 void make_folder(const std::filesystem::path& folder);
 

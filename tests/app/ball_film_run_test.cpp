@@ -2,7 +2,9 @@
 // leaves must do without angles.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -81,9 +83,13 @@ std::vector<tracking::BodyPose> poses_at(int frame, unsigned film) {
   return poses;
 }
 
-void write_film_of_balls(const TemporaryFolder& folder,
-                         const datasets::Experiment& experiment,
-                         unsigned film) {
+// `shown` says which moment each picture shows.
+void write_film_of_balls(
+    const TemporaryFolder& folder,
+    const datasets::Experiment& experiment,
+    unsigned film,
+    const std::function<int(int)>& shown = [](int k) { return k; },
+    int count = frames) {
   tracking::SyntheticScene scene;
   scene.spec = datasets::make_tracking_spec(experiment, experiment.replicates.front());
   scene.camera = tracking::make_camera(394, 374, 0.001, 0.004, 0.6, 4800.0, -0.1, 0.0);
@@ -91,9 +97,9 @@ void write_film_of_balls(const TemporaryFolder& folder,
   scene.ground = 0.06F;
   scene.seed = film;
   std::vector<cv::Mat> pictures;
-  for (int k = 0; k < frames; ++k) {
-    const double face = -piston_speed * std::max(0.0, k / frame_rate - onset);
-    pictures.push_back(tracking::draw_frame(scene, poses_at(k, film), face, k));
+  for (int k = 0; k < count; ++k) {
+    const double face = -piston_speed * std::max(0.0, shown(k) / frame_rate - onset);
+    pictures.push_back(tracking::draw_frame(scene, poses_at(shown(k), film), face, k));
   }
   tracking::write_film(folder / ("film" + std::to_string(film) + ".avi"), pictures, frame_rate);
 }
@@ -155,6 +161,38 @@ TEST(BallFilmRun, LeavesOutWhatBallsDoNotShow) {
     EXPECT_EQ(text.find("NaN"), std::string::npos) << name;
     EXPECT_EQ(text.find("nan"), std::string::npos) << name;
   }
+}
+
+// Films on which nothing ever moves, though a time was noted.
+TEST(BallFilmRun, IsNotCalibratedWhereTheTrackingFailedUnlessAskedFor) {
+  const TemporaryFolder folder;
+  std::string text =
+      with(experiment_text, "frame_rate_hz = 50", "frame_rate_hz = 50\nnoted_event_s = 0.1");
+  const std::string file = folder.write("experiment.toml", with(text, "frames = 5", "frames = 2"));
+  for (const unsigned film : {1U, 2U, 3U}) folder.write("film" + std::to_string(film) + ".avi", "");
+  const datasets::Experiment experiment = datasets::load_experiment(file);
+  for (const unsigned film : {1U, 2U, 3U})
+    write_film_of_balls(
+        folder, experiment, film, [](int) { return 0; }, 16);
+  std::vector<std::string> command = {
+      "calibrate", file, "--budget", "20", "--out", folder / "out", "--jobs", "2", "--quiet"};
+  const ProgramOutcome refused = run_program(command);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  for (const char* words :
+       {"the tracking has failed of film1 (The start of motion could not be found",
+        "of film3 (",
+        "--use-failed-tracks"})
+    EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/result.json"));
+  const Json film = Json::parse(content_of(folder / "out/tracking.json"))["replicates"][0];
+  EXPECT_EQ(film["grade"], "fail");
+  EXPECT_EQ(film["failures"].size(), 1U);
+
+  command.emplace_back("--use-failed-tracks");
+  const ProgramOutcome asked_for = run_program(command);
+  EXPECT_EQ(asked_for.status, 0) << asked_for.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/result.json"));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class CalibrationRun : public testing::Test {
   Rows journal(const std::string& out) const {
     Rows rows;
     if (!std::filesystem::exists(folder_ / out / "journal.db")) return rows;
-    calibrate::Journal journal(folder_ / out / "journal.db");
+    calibrate::Journal journal(folder_ / out / "journal.db", calibrate::Journal::Use::reading);
     for (const calibrate::JournalRow& row : journal.rows()) {
       const bool is_new = rows.emplace(row.fingerprint, std::pair(row.id, row.run.seconds)).second;
       EXPECT_TRUE(is_new) << "a simulation stands twice in the journal";
@@ -303,6 +303,21 @@ TEST_F(CalibrationRun, EvaluationsAreRecordedAndTheirRecordCanBeLookedAfter) {
   EXPECT_TRUE(journal_verb({"merge", run, folder_ / "other"}).starts_with("6 simulations added"));
   EXPECT_TRUE(journal_verb({"merge", run, folder_ / "other"}).starts_with("0 simulations added"));
   EXPECT_EQ(journal("run").size(), 12u);
+  // A machine that reckons otherwise: the same simulation with another result
+  std::filesystem::copy(
+      folder_ / "other", folder_ / "third", std::filesystem::copy_options::recursive);
+  {
+    calibrate::Journal third(folder_ / "third/journal.db");
+    calibrate::JournalRow row = third.rows().front();
+    third.drop(std::vector<std::int64_t>{row.id});
+    row.run.channels.front().values.front() += 1e-15;
+    third.add(row);
+  }
+  const ProgramOutcome disagrees = run_program({"journal", "merge", run, folder_ / "third"});
+  EXPECT_EQ(disagrees.status, 2);
+  EXPECT_NE(disagrees.err.find("are of the same simulation and have different results"),
+            std::string::npos)
+      << disagrees.err;
   EXPECT_TRUE(journal_verb({"drop", run, "--failed"}).starts_with("0 simulations dropped, 12"));
   EXPECT_TRUE(journal_verb({"drop", run, "--id", "2", "5"}).starts_with("2 simulations dropped"));
   EXPECT_EQ(evaluate("0.12", "run").out, first.out);  // what was dropped is run anew

@@ -328,6 +328,23 @@ TEST(Calibrate, ShowsWhichReplicateTheAnswerRestsOn) {
     EXPECT_GE(row.best.of("friction_particle_particle"), 0.2) << row.left_out;
 }
 
+// What a clock cuts off is another result on another machine.
+TEST(Calibrate, SaysThatAClockEndedTheSearch) {
+  const Problem problem = toy::problem({}, 5, 3);
+  CalibrationOptions options = quick(2);
+  const auto says_it = [](const CalibrationResult& result) {
+    return std::any_of(
+        result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
+          return warning.find("ended the search after") != std::string::npos;
+        });
+  };
+  EXPECT_FALSE(says_it(calibrated(toy::engine(0.002), problem, options)));
+  options.time_limit = 1e-9;
+  const CalibrationResult cut_off = calibrated(toy::engine(0.002), problem, options);
+  EXPECT_LT(static_cast<int>(cut_off.evaluations.size()), options.budget);
+  EXPECT_TRUE(says_it(cut_off));
+}
+
 TEST(Calibrate, GivesUpWithASentenceWhenAllFails) {
   const Problem problem = toy::problem({}, 5, 3);
   const toy::ClosedEngine fails([](const SimulationSpec& spec) {

@@ -4,9 +4,11 @@
 
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "calibrate/compare/repeated_rule.h"
+#include "datasets/store/input_error.h"
 #include "tests/calibrate/toy_experiment.h"
 #include "tests/support/backwards_executor.h"
 #include "tests/support/temporary_folder.h"
@@ -81,6 +83,64 @@ TEST(Ensemble, ScoresRunsThatFailAndLivesOn) {
   }
   const SimulatedRun still = toy::compared(problem, rest);
   EXPECT_NEAR(evaluations[1].objective, problem.all->objective({&still, 1}), 1e-12);
+}
+
+// Where a limit ended them says nothing of the simulations: another limit, another end.
+TEST(Ensemble, SimulatesAgainWhatTimedOut) {
+  const TemporaryFolder folder;
+  Problem problem = toy::problem({}, 5, 1);
+  Journal journal(folder / "j.db");
+  bool is_limited = true;
+  const toy::ClosedEngine limited([&is_limited](const SimulationSpec& spec) {
+    if (is_limited) return EngineRun{.status = RunStatus::timed_out, .message = "its limit"};
+    return toy::engine(0.01).run(spec, {});
+  });
+  const auto executor = make_executor("threads", 2);
+  const auto seeds = make_seeds(3, "test", 2);
+  const auto ensemble = toy::ensemble(problem, limited, journal, *executor);
+  EXPECT_EQ(ensemble->evaluate("test", points, seeds)[0].failed, 2);
+  is_limited = false;
+  const auto whole = ensemble->evaluate("test", points, seeds);
+  EXPECT_EQ(whole[0].failed, 0);
+  EXPECT_EQ(ensemble->simulated(), 8);
+  EXPECT_EQ(journal.rows().size(), 4U);
+  Journal other(folder / "other.db");
+  EXPECT_EQ(toy::ensemble(problem, limited, other, *executor)
+                ->evaluate("test", points, seeds)[0]
+                .objective,
+            whole[0].objective);
+}
+
+// A row that is sound by itself, but of another shape than what is compared.
+TEST(Ensemble, RefusesResultsOfAnotherShape) {
+  Problem problem = toy::problem({}, 5, 1);
+  const toy::ClosedEngine engine = toy::engine(0.01);
+  const auto executor = make_executor("threads", 1);
+  const auto seeds = make_seeds(3, "test", 1);
+  const auto refusal = [&](const std::function<void(std::vector<Channel>&)>& change) {
+    const TemporaryFolder folder;
+    Journal journal(folder / "j.db");
+    toy::ensemble(problem, engine, journal, *executor)->evaluate("test", points, seeds);
+    JournalRow row = journal.rows().front();
+    journal.drop(std::vector<std::int64_t>{row.id});
+    change(row.run.channels);
+    journal.add(row);
+    try {
+      toy::ensemble(problem, engine, journal, *executor)->evaluate("test", points, seeds);
+    } catch (const datasets::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_NE(refusal([](auto& channels) {
+              channels.front().values.resize(7);
+            }).find("is damaged: it has 7 values of tracks, but 216 are compared"),
+            std::string::npos);
+  EXPECT_NE(refusal([](auto& channels) {
+              channels.clear();
+            }).find("is damaged: it has results of 0 observables, but 1 are measured"),
+            std::string::npos);
 }
 
 TEST(Ensemble, KeepsWhatEndedBeforeAnInterruption) {
