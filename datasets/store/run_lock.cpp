@@ -56,8 +56,7 @@ RunLock::RunLock(const std::filesystem::path& root, std::string_view work) : fil
       const std::string holder = holder_in(descriptor_);
       ::close(descriptor_);
       throw InputError(
-          fmt::format("{}: {} is at work in this folder; wait for its end, or choose another "
-                      "folder with --out.",
+          fmt::format("{}: {} is at work in this folder; wait for its end, or use another folder.",
                       root.string(),
                       holder.empty() ? "another process" : holder));
     } else if (errno != EINTR) {

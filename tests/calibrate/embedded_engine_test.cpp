@@ -8,6 +8,7 @@
 #include "calibrate/problem.h"
 #include "datasets/store/input_error.h"
 #include "tests/support/parameters.h"
+#include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {
 namespace {
@@ -126,6 +127,60 @@ TEST(EmbeddedEngine, ThatItTakesMoreStepsThanAllowedIsAStatus) {
   ASSERT_EQ(free.status, RunStatus::completed);
   for (std::size_t i = 0; i < free.recording.tracks->poses.size(); ++i)
     EXPECT_EQ(limited.recording.tracks->poses[i].x, free.recording.tracks->poses[i].x);
+}
+
+// One ball fills the region from which both should rain: the second one never finds room.
+TEST(EmbeddedEngine, RainThatFindsNoRoomEndsByACountOfSteps) {
+  const tests::TemporaryFolder folder;
+  SimulationSpec spec;
+  spec.scene = datasets::load_scene(folder.write("scene.toml", R"(
+title = "Two balls where one has room"
+dimensions = 3
+[[material]]
+name = "ball"
+elastic_modulus_mpa = 20
+poisson_ratio = 0.3
+[[material]]
+name = "wall"
+rigid = true
+[[surfaces]]
+first = "ball"
+second = "ball"
+friction = 0.3
+restitution = 0.5
+[[surfaces]]
+first = "ball"
+second = "wall"
+friction = 0.3
+restitution = 0.5
+[[particle]]
+name = "ball"
+material = "ball"
+count = 2
+radius_mm = 10
+density_g_per_cm3 = 1.0
+[[wall]]
+name = "box"
+material = "wall"
+shape = "box"
+low_mm = [-11, -11, 0]
+high_mm = [11, 11, 40]
+open = "top"
+[fill]
+method = "rain"
+low_mm = [-11, -11, 0]
+high_mm = [11, 11, 25]
+interval_s = 0.001
+[run]
+duration_s = 0.005
+output_interval_s = 0.005
+)"));
+  spec.time_step_fraction = 0.2;
+  spec.seed = 1;
+  const EngineRun run = embedded_engine().run(spec, {});
+  EXPECT_EQ(run.status, RunStatus::timed_out);
+  EXPECT_TRUE(run.message.starts_with("it takes more than ")) << run.message;
+  EXPECT_EQ(embedded_engine().run(spec, {}).message, run.message);
 }
 
 TEST(EmbeddedEngine, ItsLargestTimeStepIsBelowTheRayleighStep) {
