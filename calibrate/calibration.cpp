@@ -98,12 +98,14 @@ void warn_of_step(const Problem& problem, ExperimentResult& result) {
   constexpr double confidence_95 = 1.96;
   const auto check = half_step_of(problem, result.confirmed);
   if (!check || !(std::abs(check->objective_change) > confidence_95 * check->noise)) return;
-  result.warnings.push_back(
+  result.warnings.push_back(datasets::first_line(
       fmt::format("At the parameters found, half the time step changes the objective by {:.3g}, "
                   "which the seeds' noise of {:.3g} does not explain: the result depends on the "
                   "time step.",
                   check->objective_change,
-                  check->noise));
+                  check->noise),
+      "at half the time step the result is another",
+      "Look at the time-step study"));
 }
 
 }  // namespace

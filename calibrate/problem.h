@@ -14,6 +14,7 @@
 #include "calibrate/ensemble.h"
 #include "datasets/experiment/experiment.h"
 #include "datasets/experiment/recording.h"
+#include "datasets/verdict/warning.h"
 
 namespace graintruth::calibrate {
 
@@ -50,8 +51,8 @@ struct Problem {
   std::shared_ptr<const ChannelComparison> calibrated;  // of those
   ProblemParts parts;
   const Engine* engine = nullptr;
-  double simulated_modulus = 0.0;     // Pa; below the bench's where grains are simulated softer
-  std::vector<std::string> warnings;  // what some recordings do not tell
+  double simulated_modulus = 0.0;  // Pa; below the bench's where grains are simulated softer
+  std::vector<datasets::Warning> warnings;  // what some recordings do not tell
 
   // Whether every replicate is simulated from a start of its own, so that one simulation of each
   // makes an evaluation.

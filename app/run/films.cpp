@@ -165,7 +165,7 @@ Json track_film(const datasets::TrackingSpec& spec,
 TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
                             std::vector<std::optional<datasets::TrackingSpec>>& specs) {
   TrackedFilms films;
-  films.warnings = experiment.notes;
+  films.warnings.assign(experiment.notes.begin(), experiment.notes.end());
   films.is_smeared.assign(experiment.replicates.size(), 0);
   bool filmed = false;
   for (const datasets::Replicate& replicate : experiment.replicates) {
@@ -183,6 +183,25 @@ TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
   if (!filmed && !experiment.measurement.observables.empty())
     calibrate::check_recordings(experiment, films.recordings);
   return films;
+}
+
+// The first of a film that was not read well enough stands in the first line.
+void add_warnings_of_film(const std::string& name,
+                          const Json& summary,
+                          std::vector<datasets::Warning>& warnings) {
+  bool is_first = summary.value("grade", "") == tracking::to_string(tracking::Grade::fail);
+  for (const auto& sentence : summary["warnings"]) {
+    std::string text = fmt::format("{}: {}", name, sentence.get<std::string>());
+    if (is_first) {
+      warnings.push_back(
+          datasets::first_line(std::move(text),
+                               fmt::format("the film {} could not be read well", name),
+                               fmt::format("Look at tracks/{}.overlay.mp4", name)));
+    } else {
+      warnings.emplace_back(std::move(text));
+    }
+    is_first = false;
+  }
 }
 
 // Of every file that the replicate names.
@@ -277,9 +296,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
       while (reason.ends_with('.')) reason.pop_back();
       films.failures.push_back(fmt::format("{} ({})", replicate.name, reason));
     }
-    for (const auto& warning : summaries[i]["warnings"]) {
-      films.warnings.push_back(fmt::format("{}: {}", replicate.name, warning.get<std::string>()));
-    }
+    add_warnings_of_film(replicate.name, summaries[i], films.warnings);
     all["replicates"].push_back(std::move(summaries[i]));
   }
   datasets::write_whole(folder.tracking(), all.dump(2) + "\n");

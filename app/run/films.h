@@ -12,6 +12,7 @@
 #include "datasets/experiment/recording.h"
 #include "datasets/store/run_folder.h"
 #include "datasets/store/trajectories.h"
+#include "datasets/verdict/warning.h"
 
 namespace graintruth::app {
 
@@ -19,7 +20,7 @@ struct TrackedFilms {
   std::vector<datasets::Recording> recordings;  // in the order of the experiment file
   std::vector<char> is_smeared;  // of the same length: moving particles cannot be followed
   std::map<std::string, std::string> input_hashes;  // file name -> content hash
-  std::vector<std::string> warnings;
+  std::vector<datasets::Warning> warnings;
   std::vector<std::string>
       failures;  // "rep3 (why)" of each film that is graded "fail" and compared
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "app/run/interrupt.h"
@@ -92,9 +93,14 @@ Session::Measurable Session::measurable() {
     measurable.recordings.push_back(films_.recordings[i]);
   }
   if (!left_out.empty()) {
-    films_.warnings.push_back(
+    const std::string names = fmt::format("{}", fmt::join(left_out, ", "));
+    films_.warnings.push_back(datasets::first_line(
         fmt::format("{} left out: moving particles are smeared; film with a shorter exposure.",
-                    fmt::join(left_out, ", ")));
+                    names),
+        fmt::format(
+            "{} left out because moving particles are smeared",
+            left_out.size() == 1 ? "one film was" : fmt::format("{} films were", left_out.size())),
+        "Film with a shorter exposure"));
   }
   return measurable;
 }
@@ -139,7 +145,7 @@ std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_calibrated(
   return ensemble_of(problem, problem.calibrated_scenes, problem.calibrated, journal);
 }
 
-void Session::add_film_warnings(std::vector<std::string>& warnings) const {
+void Session::add_film_warnings(std::vector<datasets::Warning>& warnings) const {
   warnings.insert(warnings.end(), films_.warnings.begin(), films_.warnings.end());
 }
 
@@ -154,8 +160,13 @@ void Session::write_report() {
 void Session::finish() {
   write_report();
   if (!std::filesystem::exists(folder().result())) return;
+  const std::string result = datasets::read_whole(folder().result());
+  const auto verdict = nlohmann::ordered_json::parse(result).value(
+      nlohmann::ordered_json::json_pointer("/verdict/sentence"), std::string());
+  if (!options_.json) fmt::print("Verdict: {}\n", verdict);
   if (options_.json) {
-    fmt::print("{}", datasets::read_whole(folder().result()));
+    fmt::print("{}", result);
+    progress_.say(fmt::format("Verdict: {}", verdict));
     progress_.say(fmt::format("Report: {}", folder().report().string()));
   } else {
     fmt::print("Report: {}\n", folder().report().string());

@@ -43,7 +43,7 @@ class Session {
   calibrate::EngineOptions engine_options() const;
 
   // What must be said of the films goes after what is said of the calibration.
-  void add_film_warnings(std::vector<std::string>& warnings) const;
+  void add_film_warnings(std::vector<datasets::Warning>& warnings) const;
 
   void write_record() const;  // run.json
   // Writes run.json, then makes the report where there is a result.

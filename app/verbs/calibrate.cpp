@@ -43,22 +43,38 @@ calibrate::CalibrationOptions calibration_options(const CalibrateCommand& comman
   return options;
 }
 
+// A dash stands in place of every number that the data do not give.
+std::string words_on(const calibrate::CalibratedParameter& parameter) {
+  const auto end = [](double value, calibrate::EndKind kind) {
+    return kind == calibrate::EndKind::found ? fmt::format("{:.3f}", value) : std::string("-");
+  };
+  const std::string_view status = name_of(parameter.status);
+  const std::string_view known = interval_status(parameter);
+  if (!parameter.interval || is_unfinished(parameter)) {
+    return parameter.status == calibrate::ParameterStatus::fixed
+               ? fmt::format("{:6.3f}  no interval, {}", parameter.value, status)
+               : fmt::format("     -  no interval, {}; {:.3f} is used",
+                             is_unfinished(parameter) ? known : status,
+                             parameter.value);
+  }
+  const bool is_at_zero = parameter.lower_end == calibrate::EndKind::open &&
+                          parameter.interval->lower <= 0.0;  // nothing lies below
+  return fmt::format(
+      "{:6.3f}  95 % interval {} to {}, {}{}",
+      parameter.value,
+      end(parameter.interval->lower, is_at_zero ? calibrate::EndKind::found : parameter.lower_end),
+      end(parameter.interval->upper, parameter.upper_end),
+      status,
+      known == "found" || known == "not_determined" ? "" : fmt::format(", {}", known));
+}
+
 void print_parameters(const calibrate::SearchResult& result) {
   constexpr std::string_view step = "time_step";
   std::size_t longest = step.size();
   for (const calibrate::CalibratedParameter& parameter : result.calibrated)
     longest = std::max(longest, parameter.name.size());
   for (const calibrate::CalibratedParameter& parameter : result.calibrated) {
-    const std::string interval = parameter.interval ? fmt::format("95 % interval {:.3f} to {:.3f}",
-                                                                  parameter.interval->lower,
-                                                                  parameter.interval->upper)
-                                                    : std::string("no interval");
-    fmt::print("{:{}} {:6.3f}  {}, {}\n",
-               parameter.name,
-               longest,
-               parameter.value,
-               interval,
-               name_of(parameter.status));
+    fmt::print("{:{}} {}\n", parameter.name, longest, words_on(parameter));
   }
   fmt::print("{:{}} {:6.3f}  of the Rayleigh step, {:.3g} s\n",
              step,
@@ -86,7 +102,10 @@ void conclude(const CalibrateCommand& command,
   if (command.common.json) return;
   if (!session.experiment().note.empty()) fmt::print("{}\n", session.experiment().note);
   print_parameters(result);
-  for (const std::string& warning : result.warnings) fmt::print("Note: {}\n", warning);
+  for (const datasets::Warning& warning : result.warnings) {
+    const bool is_first = warning.kind == datasets::WarningClass::first_line;
+    fmt::print("{}: {}\n", is_first ? "Warning" : "Note", warning.text);
+  }
 }
 
 void print_lines(const CalibrateCommand& command, const std::vector<std::string>& lines) {
@@ -134,6 +153,12 @@ CommonOptions options_of_part(const CommonOptions& options,
   return own;
 }
 
+// A warning of one of several experiments.
+datasets::Warning of_part(const std::string& name, datasets::Warning warning) {
+  warning.text = fmt::format("{}: {}", name, warning.text);
+  return warning;
+}
+
 // Several experiments, one set of parameters.
 void calibrate_several(const CalibrateCommand& command, const datasets::JointExperiment& several) {
   Session whole("calibrate", command.common, several.common);
@@ -176,7 +201,7 @@ void calibrate_several(const CalibrateCommand& command, const datasets::JointExp
     sessions[i]->write_report();
     // The first says that there are others, which here is no news
     for (std::size_t w = 1; w < own.warnings.size(); ++w)
-      result.warnings.push_back(fmt::format("{}: {}", experiments[i].name, own.warnings[w]));
+      result.warnings.push_back(of_part(experiments[i].name, own.warnings[w]));
   }
   calibrate::write_calibration_of_several(
       whole.folder(), several.common, experiments, options, result, whole.seconds());

@@ -343,8 +343,8 @@ Findings look_at(const CheckCommand& command,
       const calibrate::Problem problem = is_all_given
                                              ? calibrate::make_problem(experiment, recordings)
                                              : calibrate::plan_problem(experiment, recordings);
-      findings.doubtful.insert(
-          findings.doubtful.end(), problem.warnings.begin(), problem.warnings.end());
+      for (const datasets::Warning& warning : problem.warnings)
+        findings.doubtful.push_back(warning.text);
       estimate(command, problem, findings);
     } catch (const datasets::InputError& error) {
       findings.missing.emplace_back(error.what());

@@ -30,6 +30,7 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 
 void add_lines(const Json& json, const std::string& before, Lines& lines) {
   for (const auto& [name, value] : json.items()) {
+    if (name == "verdict") continue;  // the last line tells it
     if (value.is_structured()) {
       add_lines(value, value.is_array() ? name + " " : before, lines);
     } else {
@@ -73,6 +74,7 @@ int run_evaluate(const EvaluateCommand& command) {
     Lines lines;
     add_lines(json, "", lines);
     print(lines);
+    fmt::print("Verdict: {}\n", json["verdict"]["sentence"].get<std::string>());
   }
   // Whoever drives us must not take what is left of a few runs for what the parameters do
   const calibrate::Failures failures =

@@ -168,6 +168,12 @@ void set_rebound(data& values, const ExportedRun& run, const Rebound& rebound) {
   values.set("rebound_of_two_to_ask", better ? four_digits(rebound(*better, 2)) : "");
 }
 
+// An end of an interval; where it was not found the number is only the bound of the search.
+std::string end_text(double value, const std::string& kind) {
+  if (kind == "open") return "open";
+  return kind == "budget_ended" ? "not found" : fmt::format("{:.4g}", value);
+}
+
 // The head of README.md, which all targets share.
 void set_run(data& values, const reports::RunData& run) {
   std::string title = reports::text(run.result, {"title"});
@@ -186,7 +192,9 @@ void set_run(data& values, const reports::RunData& run) {
     row.set("value", fmt::format("{:.6g}", reports::number(parameter, {"value"})));
     row.set("interval",
             std::isfinite(lower) && std::isfinite(upper)
-                ? fmt::format("{:.4g} to {:.4g}", lower, upper)
+                ? fmt::format("{} to {}",
+                              end_text(lower, reports::text(parameter, {"lower_end"})),
+                              end_text(upper, reports::text(parameter, {"upper_end"})))
                 : std::string("none"));
     row.set("status", reports::text(parameter, {"status"}));
     rows.push_back(row);
@@ -288,7 +296,8 @@ std::string particle_table(const ExportedRun& run) {
 }
 
 std::string parameter_table(const reports::RunData& run) {
-  datasets::Table table({"name", "value", "lower", "upper", "unit", "status", "bench_value"});
+  datasets::Table table(
+      {"name", "value", "lower", "upper", "unit", "status", "bench_value", "interval_status"});
   for (const auto& [name, parameter] : reports::at(run.result, {"parameters"}).items()) {
     table.add({name,
                number_text(reports::number(parameter, {"value"})),
@@ -296,7 +305,8 @@ std::string parameter_table(const reports::RunData& run) {
                number_text(reports::number(parameter, {"upper"})),
                reports::text(parameter, {"unit"}),
                reports::text(parameter, {"status"}),
-               number_text(reports::number(parameter, {"bench_value"}))});
+               number_text(reports::number(parameter, {"bench_value"})),
+               reports::text(parameter, {"interval_status"})});
   }
   return to_csv(table);
 }

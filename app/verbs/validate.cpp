@@ -1,6 +1,8 @@
 // graintruth validate: how well given parameters agree with the films; nothing is tuned.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "app/run/session.h"
 #include "app/run/side_by_side.h"
 #include "calibrate/result/failures.h"
@@ -66,6 +68,13 @@ int run_validate(const ValidateCommand& command) {
   if (!command.require_agreement) return 0;
   const double percent = validation.agreement_percent;
   if (percent >= *command.require_agreement) return 0;
+  if (std::isnan(percent)) {
+    fmt::print(stderr,
+               "There is no agreement, because most simulations failed or no interval is known; "
+               "{:.1f} % are required.\n",
+               *command.require_agreement);
+    return 1;
+  }
   fmt::print(stderr,
              "The agreement of {:.1f} % is below the required {:.1f} %.\n",
              percent,

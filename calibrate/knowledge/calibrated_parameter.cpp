@@ -36,6 +36,20 @@ std::string_view name_of(ParameterStatus status) {
   return "";
 }
 
+bool is_unfinished(const CalibratedParameter& parameter) {
+  return parameter.status == ParameterStatus::tuned && parameter.lower_end != EndKind::found &&
+         parameter.upper_end != EndKind::found;
+}
+
+std::string_view interval_status(const CalibratedParameter& parameter) {
+  if (parameter.status == ParameterStatus::fixed) return "given";
+  if (parameter.status == ParameterStatus::not_identified) return "not_determined";
+  if (parameter.lower_end == EndKind::search_ended || parameter.upper_end == EndKind::search_ended)
+    return name_of(EndKind::search_ended);
+  if (parameter.lower_end == EndKind::open && parameter.lower_bound > 0.0) return "open_below";
+  return parameter.upper_end == EndKind::open ? "open_above" : "found";
+}
+
 Interval prior_interval(const CalibratedParameter& parameter) {
   const double half = confidence_95 * parameter.prior->standard_uncertainty;
   const auto inside = [&](double value) {
@@ -47,8 +61,8 @@ Interval prior_interval(const CalibratedParameter& parameter) {
 std::optional<double> deviation_from(const CalibratedParameter& parameter,
                                      const datasets::BenchValue& known) {
   if (!parameter.data_alone) return std::nullopt;
-  const auto& [value, interval, open_below, open_above] = *parameter.data_alone;
-  if (known.value < value ? open_below : open_above) return 0.0;
+  const auto& [value, interval, below, above] = *parameter.data_alone;
+  if ((known.value < value ? below : above) != EndKind::found) return 0.0;
   const double side = known.value < value ? value - interval.lower : interval.upper - value;
   const double combined = std::hypot(side / confidence_95, known.standard_uncertainty);
   return combined > 0.0 ? (value - known.value) / combined : 0.0;
@@ -107,6 +121,20 @@ std::string words_on_unidentified(const CalibratedParameter& parameter,
       parameter.effect,
       parameter.effect_noise,
       held);
+}
+
+std::string words_on_search_end(const CalibratedParameter& parameter, const std::string& limit) {
+  const bool lower = parameter.lower_end == EndKind::search_ended,
+             upper = parameter.upper_end == EndKind::search_ended;
+  if (parameter.status == ParameterStatus::not_identified || (!lower && !upper)) return "";
+  return fmt::format(
+      "{} ended before {} of {} was found; until it is, the interval reaches to the bound of the "
+      "search. This is no word of the data.",
+      limit,
+      lower && upper ? "either end of the interval"
+      : lower        ? "the lower end of the interval"
+                     : "the upper end of the interval",
+      parameter.name);
 }
 
 std::string words_on_dominance(const CalibratedParameter& parameter) {

@@ -18,6 +18,10 @@ constexpr double open_share = 0.25;  // of the range of the search
 
 bool is_open(const CalibratedParameter& parameter) {
   if (!parameter.data_alone) return false;
+  // What the search had no time to look at is not known to fit
+  if (parameter.data_alone->below == EndKind::search_ended ||
+      parameter.data_alone->above == EndKind::search_ended)
+    return false;
   const Interval& interval = parameter.data_alone->interval;
   return interval.upper - interval.lower >=
          open_share * (parameter.upper_bound - parameter.lower_bound);

@@ -35,6 +35,10 @@ struct End {
     const double wanted = std::max(least, share * std::abs(outside - best));
     return std::abs(outside - inside) <= std::min(tolerance, wanted);
   }
+  EndKind kind() const {
+    if (bracketed) return EndKind::found;
+    return is_known() ? EndKind::open : EndKind::search_ended;
+  }
   // Steps that double until the end is bracketed, then bisection.
   double next(double first_step) const {
     if (bracketed) return 0.5 * (inside + outside);
@@ -159,6 +163,18 @@ UnitPoint lowest_of(const Landscape& landscape, const std::vector<UnitPoint>& pl
 }
 
 }  // namespace
+
+std::string_view name_of(EndKind end) {
+  switch (end) {
+    case EndKind::found:
+      return "found";
+    case EndKind::open:
+      return "open";
+    case EndKind::search_ended:
+      return "budget_ended";
+  }
+  return "";
+}
 
 double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation> evaluations) {
   constexpr std::size_t few = 9;
@@ -364,7 +380,7 @@ std::vector<Profile> profile_parameters(
       point[d] = end.outside;
       const double value = value_of(space.from_unit(point), profile.name);
       (end.direction < 0.0 ? profile.interval.lower : profile.interval.upper) = value;
-      (end.direction < 0.0 ? profile.open_below : profile.open_above) = !end.bracketed;
+      (end.direction < 0.0 ? profile.below : profile.above) = end.kind();
       for (const auto& [unit, evaluation] : end.tried) {
         if (evaluation == standing.best) continue;
         profile.points.push_back({value_of(all[evaluation].parameters, profile.name),

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibrate/compare/comparison.h"
@@ -18,6 +19,16 @@ struct Interval {
   double lower = 0.0;
   double upper = 0.0;
 };
+
+// How one end of an interval came about. An end that was not found stands at the bound of the
+// search, so that the interval is never too narrow.
+enum class EndKind {
+  found,        // a value beyond it was shown to be worse
+  open,         // every value up to the bound of the search fits as well as the best
+  search_ended  // budget or time was used up before either was shown
+};
+// As result.json and tables call it: "found", "open", "budget_ended".
+std::string_view name_of(EndKind end);
 
 // How much worse an evaluation is than the reference, and by how much it may be worse before its
 // parameters can be told from the true ones. With a prior the excess is that of the total, and what
@@ -67,9 +78,11 @@ struct Profile {
   std::string name;
   double best = 0.0;  // its value at the best evaluation
   Interval interval;
-  bool open_below = false;  // still compatible at the bound of the search
-  bool open_above = false;
+  EndKind below = EndKind::found;
+  EndKind above = EndKind::found;
   std::vector<ProfilePoint> points;  // rising in value; the reference among them
+
+  bool has_an_end() const { return below == EndKind::found || above == EndKind::found; }
 };
 
 struct ProfileOptions {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -148,6 +149,29 @@ void add_bands(const Compared& compared, Results& results) {
   results.tables["bands"] = std::move(table);
 }
 
+// Each replicate less the simulated mean: one replicate that stands out shows here.
+void add_residuals(const Compared& compared, const Problem& problem, Results& results) {
+  const ChannelShape& shape = compared.rule.shape();
+  const std::vector<std::string> quantities = quantities_of(shape);
+  Table table({"frame", "time_s", "particle", "quantity", "replicate", "residual"});
+  const Condition& condition = problem.conditions[compared.condition];
+  for (const std::size_t replicate : condition.replicates) {
+    const std::vector<double>& values = problem.measured[replicate][compared.channel].values;
+    for (std::size_t i = 0; i < std::min(values.size(), compared.mean.size()); ++i) {
+      const double residual = difference(shape.difference_of(i), values[i], compared.mean[i]);
+      if (!std::isfinite(residual)) continue;
+      const std::size_t moment = i / shape.series, series = i % shape.series;
+      table.add({std::to_string(moment),
+                 number_text(compared.moments[moment]),
+                 std::to_string(series / quantities.size() + 1),
+                 quantities[series % quantities.size()],
+                 problem.experiment.replicates[replicate].name,
+                 number_text(residual)});
+    }
+  }
+  results.tables["residuals"] = std::move(table);
+}
+
 // The quantities that some body has an interval of: tracks may tell no angles.
 Json compared_quantities(const std::vector<Spread>& spreads, const ChannelShape& shape) {
   const std::vector<std::string> names = quantities_of(shape);
@@ -176,6 +200,20 @@ Json per_particle_json(const Agreement& thesis, const Agreement& student) {
                             {"percent_student_t", student.per_particle[i].percent}});
   }
   return per_particle;
+}
+
+// What the terminal tells of the agreement.
+std::string score_line(
+    double student, double thesis, double ceiling, double leave_one_out, int replicates) {
+  return fmt::format(
+      "Agreement {:.1f} % (Student t; a perfect model scores {:.1f} % on average, {}), {:.1f} % in "
+      "the thesis's form",
+      student,
+      ceiling,
+      std::isnan(leave_one_out)
+          ? fmt::format("{} replicates are too few to score one by the others", replicates)
+          : fmt::format("a further replicate {:.1f} %", leave_one_out),
+      thesis);
 }
 
 }  // namespace
@@ -253,15 +291,11 @@ void conclude_agreement(std::string_view observable,
   add_agreement_table(thesis, student, results);
   add_ranks(compared, thesis, student, results);
   add_bands(compared, results);
+  add_residuals(compared, problem, results);
   results.lines.push_back(
-      fmt::format("Agreement {:.1f} % (Student t; ceiling {:.1f} %, {}), {:.1f} % in the thesis's "
-                  "form",
-                  student.percent,
-                  ceiling,
-                  std::isnan(leave_one_out)
-                      ? fmt::format("{} replicates are too few to score one by the others", count)
-                      : fmt::format("a replicate scores {:.1f} %", leave_one_out),
-                  thesis.percent));
+      compared.mean.empty()
+          ? "No agreement: most simulations failed, so that they have no mean"
+          : score_line(student.percent, thesis.percent, ceiling, leave_one_out, count));
   // A model that agrees less with the replicates than they do with each other is not the answer
   if (student.percent < leave_one_out) {
     results.warnings.push_back(fmt::format(
@@ -281,11 +315,24 @@ void tell_agreement(std::string_view observable,
   const auto& rule = static_cast<const RepeatedRule&>(*problem.calibrated->rule_of(observable));
   const RepeatedRule::Target& target = rule.target(0);
   const std::vector<double> mean = rule.simulated_mean(*rule.digest(evaluation.runs), 0);
-  const auto percent = [&](Critical critical) {
-    return agreement(target.spreads, rule.shape(), mean, critical).percent;
+  const auto score = [&](Critical critical) {
+    return agreement(target.spreads, rule.shape(), mean, critical);
   };
-  results.json["agreement_percent"] = percent(Critical::thesis_196);
-  results.json["agreement_percent_student_t"] = percent(Critical::student_t);
+  const Agreement thesis = score(Critical::thesis_196), student = score(Critical::student_t);
+  results.json["agreement_percent"] = thesis.percent;
+  results.json["agreement_percent_student_t"] = student.percent;
+  // By what the score is judged
+  const std::vector<const Channel*> replicates = rule.replicates_of(0);
+  const auto count = static_cast<int>(replicates.size());
+  const auto seeds = static_cast<int>(evaluation.runs.size() / problem.calibrated_scenes.size());
+  results.json["agreement"] = {
+      {"percent_student_t", student.percent},
+      {"ceiling_percent_student_t", ceiling_percent(count, seeds, Critical::student_t)},
+      {"leave_one_out_percent_student_t",
+       leave_one_out_percent(replicates, rule.shape(), Critical::student_t)},
+      {"replicates", count},
+      {"seeds", seeds},
+      {"per_particle", per_particle_json(thesis, student)}};
   results.json["rms_position_m"] = rms_position(mean, target.mean, rule.shape());
 }
 

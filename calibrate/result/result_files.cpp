@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "calibrate/result/result_json.h"
+#include "datasets/verdict/verdict.h"
 
 namespace graintruth::calibrate {
 
@@ -29,17 +30,24 @@ Json axis_json(const Observable& observable, std::size_t values, const Situation
           {"values", numbers_json(observable.axis(situation))}};
 }
 
-// Every compared quantity, condition by condition, measured and simulated.
-Json channels_json(const Problem& problem, const Confirmed& confirmed) {
+}  // namespace
+
+Json channels_json(const Problem& problem,
+                   Scope scope,
+                   const std::vector<SimulatedRun>& simulated) {
+  const ChannelComparison& comparison =
+      scope == Scope::everything ? *problem.all : *problem.calibrated;
   Json channels = Json::array();
   for (std::size_t place = 0; place < problem.observables->all().size(); ++place) {
     const Observable& observable = *problem.observables->all()[place];
-    const Rule* rule = problem.all->rule_of(observable.name());
+    const Rule* rule = comparison.rule_of(observable.name());
     if (rule == nullptr) continue;
-    const auto runs = rule->digest(confirmed.runs.runs);
+    const auto runs = rule->digest(simulated);
     const ChannelWords words = observable.words();
-    for (std::size_t c = 0; c < problem.conditions.size(); ++c) {
-      const Condition& condition = problem.conditions[c];
+    std::size_t place_in_comparison = 0;
+    for (const Condition& condition : problem.conditions) {
+      if (scope == Scope::calibrated && condition.held_out) continue;
+      const std::size_t c = place_in_comparison++;
       const Rule::Band band = rule->band(c);
       if (band.mean.empty()) continue;
       channels.push_back(
@@ -60,6 +68,8 @@ Json channels_json(const Problem& problem, const Confirmed& confirmed) {
   return channels;
 }
 
+namespace {
+
 // What result.json says of fresh simulations, and the tables of every observable.
 void add_confirmed(const Problem& problem, const Confirmed& confirmed, Results& results) {
   Json& json = results.json;
@@ -78,7 +88,7 @@ void add_confirmed(const Problem& problem, const Confirmed& confirmed, Results& 
         problem.simulated_modulus,
         modulus));
   }
-  json["channels"] = channels_json(problem, confirmed);
+  json["channels"] = channels_json(problem, Scope::everything, confirmed.runs.runs);
   for (const auto& observable : problem.observables->all()) {
     if (problem.all->rule_of(observable->name()) != nullptr)
       observable->conclude(problem, confirmed, results);
@@ -100,7 +110,7 @@ void add_influence(const std::vector<InfluenceRow>& influence, Results& results)
   results.tables["influence"] = std::move(table);
 }
 
-void add_warnings(std::vector<std::string>& all, const std::vector<std::string>& further) {
+void append(std::vector<datasets::Warning>& all, const std::vector<datasets::Warning>& further) {
   all.insert(all.end(), further.begin(), further.end());
 }
 
@@ -134,6 +144,10 @@ Json experiment_json(const CalibratedExperiment& one, const ExperimentResult& re
     json["orifices"] = one.problem->conditions.size();
     json["held_out_orifices"] = held_out;
   }
+  // How this one agrees, whatever is known of the parameters, which all have in common
+  own.json["kind"] = "calibration";
+  datasets::add_verdict(own.json);
+  json["verdict"] = own.json["verdict"];
   return json;
 }
 
@@ -178,6 +192,7 @@ std::vector<std::string> write_calibration(const datasets::RunFolder& folder,
                                            double wall_time) {
   write_evaluations(
       folder.table("evaluations"), result.evaluations, agreement_of(*problem.calibrated));
+  write_parameters(folder, result);
   write_profiles(folder, result);
   Results results{.json = head_json(problem.experiment, "calibration")};
   add_search(result, options, results.json);
@@ -188,9 +203,10 @@ std::vector<std::string> write_calibration(const datasets::RunFolder& folder,
   }
   add_confirmed(problem, result.confirmed, results);
   add_influence(result.influence, results);
-  add_warnings(result.warnings, results.warnings);
-  results.json["warnings"] = result.warnings;
+  append(result.warnings, results.warnings);
+  datasets::add_warnings(result.warnings, results.json);
   results.json["wall_time_s"] = wall_time;
+  datasets::add_verdict(results.json);
   write_tables(folder, results);
   write_json(folder.result(), results.json);
   return results.lines;
@@ -203,6 +219,7 @@ void write_calibration_of_several(const datasets::RunFolder& folder,
                                   const CalibrationResult& result,
                                   double wall_time) {
   write_evaluations(folder.table("evaluations"), result.evaluations, {});
+  write_parameters(folder, result);
   write_profiles(folder, result);
   Json json = head_json(common, "calibration");
   add_search(result, options, json);
@@ -210,6 +227,7 @@ void write_calibration_of_several(const datasets::RunFolder& folder,
   for (std::size_t i = 0; i < experiments.size(); ++i)
     json["experiments"].push_back(experiment_json(experiments[i], result.experiments[i]));
   json["wall_time_s"] = wall_time;
+  datasets::add_verdict(json);
   write_json(folder.result(), json);
 }
 
@@ -230,8 +248,13 @@ void write_validation(const datasets::RunFolder& folder,
   json["simulations"] = confirmed.runs.runs.size();
   json["failed"] = confirmed.runs.failed;
   json["wall_time_s"] = wall_time;
-  add_warnings(results.warnings, validation.warnings);
-  json["warnings"] = results.warnings;
+  append(results.warnings, validation.warnings);
+  if (confirmed.runs.failed > 0) {
+    results.warnings.push_back(
+        words_on_failed(confirmed.runs.failed, static_cast<int>(confirmed.runs.runs.size())));
+  }
+  datasets::add_warnings(results.warnings, json);
+  datasets::add_verdict(json);
   write_tables(folder, results);
   write_json(folder.result(), json);
   validation.lines = results.lines;

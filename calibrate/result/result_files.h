@@ -33,9 +33,9 @@ void write_calibration_of_several(const datasets::RunFolder& folder,
                                   double wall_time);
 
 struct Validation {
-  std::vector<std::string> warnings;  // of the films
-  std::vector<std::string> lines;     // out: what a person wants to read first
-  double agreement_percent = 0.0;     // out: Student; NaN where there is no agreement
+  std::vector<datasets::Warning> warnings;  // of the films
+  std::vector<std::string> lines;           // out: what a person wants to read first
+  double agreement_percent = 0.0;           // out: Student; NaN where there is no agreement
 };
 void write_validation(const datasets::RunFolder& folder,
                       const Problem& problem,

@@ -26,10 +26,13 @@ const char* method_of(const CalibratedParameter& parameter, bool priors) {
 Json parameter_json(const CalibratedParameter& parameter, bool priors) {
   Json json{{"value", parameter.value},
             {"unit", datasets::parameter_named(parameter.name).unit()},
-            {"status", name_of(parameter.status)}};
+            {"status", name_of(parameter.status)},
+            {"interval_status", interval_status(parameter)}};
   if (parameter.interval) {
     json["lower"] = parameter.interval->lower;
     json["upper"] = parameter.interval->upper;
+    json["lower_end"] = name_of(parameter.lower_end);
+    json["upper_end"] = name_of(parameter.upper_end);
     json["confidence"] = 0.95;
     json["method"] = method_of(parameter, priors);
   }
@@ -80,6 +83,7 @@ Json time_step_json(const TimeStepChoice& choice) {
 Json head_json(const datasets::Experiment& experiment, const char* kind) {
   Json json = {{"status", "done"},
                {"message", ""},
+               {"verdict", nullptr},  // its place; written when everything else is there
                {"experiment", experiment.name},
                {"title", experiment.title},
                {"note", experiment.note},
@@ -103,6 +107,7 @@ void add_given_parameters(const datasets::Experiment& experiment,
     json["parameters"][name] = {{"value", value},
                                 {"unit", datasets::parameter_named(name).unit()},
                                 {"status", "fixed"},
+                                {"interval_status", "given"},
                                 {"bench_value", datasets::bench_value(experiment, name).value}};
   }
 }
@@ -169,7 +174,7 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
   json["simulations"] = result.simulations;
   json["failed"] = result.failed;
   json["retried"] = result.retried;
-  json["warnings"] = result.warnings;
+  datasets::add_warnings(result.warnings, json);
 }
 
 void write_evaluations(const std::filesystem::path& file,
@@ -197,6 +202,35 @@ void write_evaluations(const std::filesystem::path& file,
     table.add(std::move(cells));
   }
   datasets::write_csv(file, table);
+}
+
+void write_parameters(const datasets::RunFolder& folder, const SearchResult& result) {
+  Table table({"parameter",
+               "value",
+               "lower",
+               "upper",
+               "unit",
+               "status",
+               "interval_status",
+               "lower_end",
+               "upper_end",
+               "bench_value"});
+  for (const CalibratedParameter& parameter : result.calibrated) {
+    const auto& interval = parameter.interval;
+    const auto of_end = [&](double value) { return interval ? number_text(value) : ""; };
+    const auto kind_of = [&](EndKind end) { return std::string(interval ? name_of(end) : ""); };
+    table.add({parameter.name,
+               number_text(parameter.value),
+               of_end(interval ? interval->lower : 0.0),
+               of_end(interval ? interval->upper : 0.0),
+               datasets::parameter_named(parameter.name).unit(),
+               std::string(name_of(parameter.status)),
+               std::string(interval_status(parameter)),
+               kind_of(parameter.lower_end),
+               kind_of(parameter.upper_end),
+               number_text(parameter.bench)});
+  }
+  datasets::write_csv(folder.table("parameters"), table);
 }
 
 void write_profiles(const datasets::RunFolder& folder, const SearchResult& result) {

@@ -2,6 +2,7 @@
 // this folder alone.
 #pragma once
 
+#include "calibrate/problem.h"
 #include "calibrate/result/results.h"
 #include "calibrate/search/evaluation_table.h"
 #include "calibrate/search/search.h"
@@ -16,6 +17,14 @@ void add_search(const SearchResult& result, const CalibrationOptions& options, J
 void add_given_parameters(const datasets::Experiment& experiment,
                           const ParameterSet& parameters,
                           Json& json);
+
+// Every compared quantity, condition by condition, measured and simulated, of all conditions or of
+// those that are calibrated on. `simulated` are the runs of their scenes.
+enum class Scope { everything, calibrated };
+Json channels_json(const Problem& problem, Scope scope, const std::vector<SimulatedRun>& simulated);
+
+// tables/parameters.csv.
+void write_parameters(const datasets::RunFolder& folder, const SearchResult& result);
 
 // tables/profile.csv.
 void write_profiles(const datasets::RunFolder& folder, const SearchResult& result);

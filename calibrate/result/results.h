@@ -9,6 +9,7 @@
 
 #include "datasets/store/run_folder.h"
 #include "datasets/store/table.h"
+#include "datasets/verdict/warning.h"
 
 namespace graintruth::calibrate {
 
@@ -17,8 +18,8 @@ using Json = nlohmann::ordered_json;  // keys in the order in which they are wri
 struct Results {
   Json json = Json::object();
   std::map<std::string, datasets::Table> tables;  // by name
-  std::vector<std::string> warnings;              // sentences
-  std::vector<std::string> lines;                 // what a person wants to read first
+  std::vector<datasets::Warning> warnings;
+  std::vector<std::string> lines;  // what a person wants to read first
 };
 
 // Every table of the results.

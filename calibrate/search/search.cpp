@@ -9,6 +9,7 @@
 #include "calibrate/search/choice.h"
 #include "calibrate/search/proposals.h"
 #include "calibrate/search/reach.h"
+#include "datasets/parameters/parameter.h"
 
 namespace graintruth::calibrate {
 
@@ -197,6 +198,12 @@ bool Search::is_time_up() const {
   return options_.time_limit > 0.0 && taken.count() > options_.time_limit;
 }
 
+// What ended a search that did not find all that it sought.
+std::string Search::words_on_limit() const {
+  return is_time_up() ? fmt::format("The time limit of {:.4g} s", options_.time_limit)
+                      : fmt::format("The budget of {} evaluations", options_.budget);
+}
+
 int Search::budget_left() const {
   if (is_time_up()) return 0;
   return budget_ - static_cast<int>(result_.evaluations.size());
@@ -217,12 +224,14 @@ void Search::choose_step() {
     result_.failed += row.failed;
   }
   if (!result_.time_step.converged) {
-    result_.warnings.push_back(
+    result_.warnings.push_back(datasets::first_line(
         fmt::format("The objective still changes by {:.3g} at the smallest time step tried "
                     "(fraction {:.3g}): the "
                     "result depends on the time step.",
                     result_.time_step.discretisation_error,
-                    result_.time_step.fraction));
+                    result_.time_step.fraction),
+        "the time step is not resolved, so the result depends on it",
+        "Look at the time-step study; a lower elastic modulus may resolve it"));
   }
 }
 
@@ -245,11 +254,15 @@ void Search::test_itself() {
   if (space_.dimension() == 0) return;
   result_.self_test = self_test(ensemble_.comparison(), result_.evaluations);
   if (const auto& test = result_.self_test; test && 2 * test->found < test->truths) {
-    warn_early(fmt::format(
-        "Self-test: only {1} of {0} known parameter sets were found again. Chance hides the effect "
-        "of the parameters in this experiment.",
-        test->truths,
-        test->found));
+    warn_early(datasets::first_line(
+        fmt::format("Self-test: only {1} of {0} known parameter sets were found again. Chance "
+                    "hides the effect of the parameters in this experiment.",
+                    test->truths,
+                    test->found),
+        fmt::format("the self-test found only {} of {} known parameter sets again",
+                    test->found,
+                    test->truths),
+        "Measure more, or where the parameters matter more"));
   }
   check_reach();
 }
@@ -259,16 +272,20 @@ void Search::check_reach() {
   constexpr double worth_a_word = 0.1;
   result_.out_of_reach = share_out_of_reach(ensemble_.comparison(), result_.evaluations);
   if (!(result_.out_of_reach > worth_a_word)) return;
-  warn_early(fmt::format(
-      "{:.0f} % of the measured values lie outside everything that the model gave between the "
-      "bounds. The rig, the particle or the bounds are not those of the experiment.",
-      100.0 * result_.out_of_reach));
+  const double percent = 100.0 * result_.out_of_reach;
+  warn_early(datasets::first_line(
+      fmt::format("{:.0f} % of the measured values lie outside everything that the model gave "
+                  "between the bounds. The rig, the particle or the bounds are not those of the "
+                  "experiment.",
+                  percent),
+      fmt::format("no parameters within the bounds give {:.0f} % of the measured values", percent),
+      "Check rig, particle and bounds in the experiment file"));
 }
 
 // What the user should know before more is spent.
-void Search::warn_early(const std::string& sentence) {
-  result_.warnings.push_back(sentence);
-  if (options_.notice) options_.notice(sentence);
+void Search::warn_early(datasets::Warning warning) {
+  if (options_.notice) options_.notice(warning.text);
+  result_.warnings.push_back(std::move(warning));
 }
 
 // 4. What an emulator of all evaluations so far proposes, batch after batch: between neighbouring
@@ -476,12 +493,14 @@ void Search::find_uncertainty() {
   result_.profiles = find_profiles();
   for (const Profile& profile : result_.profiles) {
     CalibratedParameter& parameter = calibrated(profile.name);
-    // Whose every value would do, if the others follow, is not identified either.
-    if (profile.open_below && profile.open_above) {
+    parameter.lower_end = profile.below;
+    parameter.upper_end = profile.above;
+    // Where every value fits once the others follow, the data do not identify it either. Where
+    // the search ended before that was shown, they say nothing.
+    if (profile.below == EndKind::open && profile.above == EndKind::open) {
       parameter.status = ParameterStatus::not_identified;
-    } else {
-      parameter.data_alone = {
-          profile.best, profile.interval, profile.open_below, profile.open_above};
+    } else if (profile.has_an_end()) {
+      parameter.data_alone = {profile.best, profile.interval, profile.below, profile.above};
     }
   }
 }
@@ -510,7 +529,11 @@ void Search::bring_in_prior() {
   prior_.weigh(allowed_by_data());
   result_.prior_allowed_excess = prior_.allowed();
   for (const CalibratedParameter& parameter : result_.calibrated) {
-    if (is_in_conflict(parameter)) warn_early(words_on_conflict(parameter));
+    if (!is_in_conflict(parameter)) continue;
+    warn_early(datasets::first_line(words_on_conflict(parameter),
+                                    fmt::format("data and prior contradict each other on the {}",
+                                                datasets::parameter_named(parameter.name).phrase()),
+                                    "Check the prior, or calibrate without it"));
   }
   follow_emulator(share, 0);
   polish(std::max(0, budget_left() - share_of_budget(share)));
@@ -552,11 +575,12 @@ void Search::learn_landscape() {
 // Where a parameter that the data do not identify is put if that costs nothing: at its bench value,
 // or, if it shows no effect, at its prior's mean. Nowhere where priors give it an interval.
 std::optional<double> Search::held_value(const CalibratedParameter& parameter) const {
-  if (parameter.status != ParameterStatus::not_identified) return std::nullopt;
+  if (parameter.status != ParameterStatus::not_identified && !is_unfinished(parameter))
+    return std::nullopt;
   if (!parameter.shows_effect && parameter.prior)
     return std::clamp(parameter.prior->value, parameter.lower_bound, parameter.upper_bound);
   if (const Profile* profile = profile_of(parameter);
-      profile != nullptr && prior_.is_weighed() && !(profile->open_below && profile->open_above))
+      profile != nullptr && prior_.is_weighed() && profile->has_an_end())
     return std::nullopt;
   return parameter.bench;
 }
@@ -623,6 +647,16 @@ void Search::choose() {
   if (choice.is_as_good(at_bench.front(), winner)) result_.parameters = at_bench.front().parameters;
 }
 
+datasets::Warning words_on_failed(int failed, int simulations) {
+  return datasets::first_line(
+      fmt::format("{} of {} simulations did not complete and were scored as a model in which "
+                  "nothing moves.",
+                  failed,
+                  simulations),
+      fmt::format("{} of {} simulations failed", failed, simulations),
+      "See journal.csv for why they failed");
+}
+
 // 11. Values, intervals and what must be said of them.
 SearchResult Search::finish() {
   result_.objective_form = ensemble_.comparison().form();
@@ -646,11 +680,7 @@ SearchResult Search::finish() {
   for (const OpenPair& pair : find_open_pairs(result_.calibrated, result_.trade_offs))
     result_.warnings.push_back(words_on(pair));
   if (result_.failed > 0) {
-    result_.warnings.push_back(
-        fmt::format("{} of {} simulations did not complete and were scored as a model in which "
-                    "nothing moves.",
-                    result_.failed,
-                    result_.simulations));
+    result_.warnings.push_back(words_on_failed(result_.failed, result_.simulations));
   }
   if (result_.retried > 0) {
     result_.warnings.push_back(fmt::format(
@@ -671,15 +701,25 @@ const Profile* Search::profile_of(const CalibratedParameter& parameter) const {
 void Search::give_interval(CalibratedParameter& parameter) {
   const bool is_identified = parameter.status == ParameterStatus::tuned;
   if (const Profile* profile = profile_of(parameter)) {
-    const bool is_open = profile->open_below && profile->open_above;
-    if (is_identified || (prior_.is_weighed() && !is_open)) parameter.interval = profile->interval;
+    if (is_identified || (prior_.is_weighed() && profile->has_an_end())) {
+      parameter.interval = profile->interval;
+      parameter.lower_end = profile->below;
+      parameter.upper_end = profile->above;
+    }
     // What the budget left open beside the prior ends where it ends without
     if (const auto& data = parameter.data_alone) {
-      if (profile->open_below) parameter.interval->lower = data->interval.lower;
-      if (profile->open_above) parameter.interval->upper = data->interval.upper;
+      if (profile->below != EndKind::found) {
+        parameter.interval->lower = data->interval.lower;
+        parameter.lower_end = data->below;
+      }
+      if (profile->above != EndKind::found) {
+        parameter.interval->upper = data->interval.upper;
+        parameter.upper_end = data->above;
+      }
     }
   } else if (parameter.status == ParameterStatus::not_identified && parameter.prior) {
     parameter.interval = prior_interval(parameter);
+    parameter.lower_end = parameter.upper_end = EndKind::found;
   }
   if (!parameter.interval) return;
   // The value may be the surrogate's minimum rather than the evaluation that the profile is
@@ -687,8 +727,9 @@ void Search::give_interval(CalibratedParameter& parameter) {
   parameter.interval = {std::min(parameter.interval->lower, parameter.value),
                         std::max(parameter.interval->upper, parameter.value)};
   const double near = 0.005 * (parameter.upper_bound - parameter.lower_bound);
-  if (is_identified && (parameter.value <= parameter.lower_bound + near ||
-                        parameter.value >= parameter.upper_bound - near))
+  if (is_identified && !is_unfinished(parameter) &&
+      (parameter.value <= parameter.lower_bound + near ||
+       parameter.value >= parameter.upper_bound - near))
     parameter.status = ParameterStatus::at_bound;
   if (!prior_.is_stated() && parameter.data_alone) {
     parameter.data_alone->value = parameter.value;
@@ -697,12 +738,14 @@ void Search::give_interval(CalibratedParameter& parameter) {
 }
 
 void Search::say_what_is_open(const CalibratedParameter& parameter) {
+  const std::string unfinished = words_on_search_end(parameter, words_on_limit());
+  if (!unfinished.empty()) result_.warnings.push_back(unfinished);
   if (!parameter.data_alone) return;
-  if (parameter.data_alone->open_above) {
+  if (parameter.data_alone->above == EndKind::open) {
     result_.warnings.push_back(
         fmt::format("{} is not bounded above by these data.", parameter.name));
   }
-  if (parameter.data_alone->open_below && parameter.lower_bound > 0.0) {
+  if (parameter.data_alone->below == EndKind::open && parameter.lower_bound > 0.0) {
     result_.warnings.push_back(
         fmt::format("{} is not bounded below by these data.", parameter.name));
   }

@@ -18,6 +18,7 @@
 #include "calibrate/search/optimiser.h"
 #include "calibrate/search/self_test.h"
 #include "calibrate/search/time_step_gate.h"
+#include "datasets/verdict/warning.h"
 
 namespace graintruth::calibrate {
 
@@ -88,9 +89,11 @@ struct SearchResult {
   int simulations = 0;
   int failed = 0;
   int retried = 0;  // at half the time step
-  std::vector<std::string> warnings;
+  std::vector<datasets::Warning> warnings;
   std::vector<StageTime> stages;
 };
+
+datasets::Warning words_on_failed(int failed, int simulations);
 
 // Simulations of one scene that the choice of the winner takes at most.
 int choice_simulations(const CalibrationOptions& options);
@@ -142,6 +145,7 @@ class Search {
   bool is_time_up() const;
   void say_that_time_was_up();
   int budget_left() const;
+  std::string words_on_limit() const;
   void choose_step();
   void explore();
   const Emulator& learn_emulator();
@@ -150,7 +154,7 @@ class Search {
   CalibratedParameter& calibrated(std::string_view name);
   void test_itself();
   void check_reach();
-  void warn_early(const std::string& sentence);
+  void warn_early(datasets::Warning warning);
   OptimiserOptions local_search(double step, int budget) const;
   void polish(int kept);
   void polish_with_time_step();

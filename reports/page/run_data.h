@@ -2,19 +2,23 @@
 // a page can state.
 #pragma once
 
-#include <initializer_list>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "datasets/store/json_values.h"
 #include "datasets/store/run_folder.h"
 #include "datasets/store/table.h"
 
 namespace graintruth::reports {
 
-using Json = nlohmann::ordered_json;  // parameters and hashes stay in the order of their file
+using datasets::at;
+using datasets::Json;
+using datasets::list;
+using datasets::number;
+using datasets::numbers;
+using datasets::text;
 
 struct RunData {
   datasets::RunFolder folder;
@@ -37,18 +41,8 @@ struct RunData {
 
 RunData read_run_data(const datasets::RunFolder& folder);
 
-// The value at a path of keys; null where there is none.
-const Json& at(const Json& json, std::initializer_list<std::string_view> path);
-// NaN where there is no number.
-double number(const Json& json, std::initializer_list<std::string_view> path);
-// "" where there is no text; a number or a boolean is written out.
-std::string text(const Json& json, std::initializer_list<std::string_view> path);
 // The quantities that the agreement compares: x, z, angle, or fewer where tracks tell no angles.
 std::vector<std::string> compared_quantities(const RunData& data);
-// Empty where there is no array.
-const Json& list(const Json& json, std::initializer_list<std::string_view> path);
-// An array of numbers, NaN for every other value in it; empty where there is no array.
-std::vector<double> numbers(const Json& json, std::initializer_list<std::string_view> path);
 // What a condition of the experiment served for: "calibration", "prediction" or "comparison".
 std::string use_of(const RunData& data, const Json& condition);
 

@@ -89,7 +89,7 @@ TEST(CalibrationOfSeveral, TellsEveryExperimentWhatItMeansForIt) {
     EXPECT_EQ(one.parameters, result.parameters);
     EXPECT_GT(both.experiments()[i].problem->all->percent_inside(one.confirmed.runs.runs), 60.0);
     ASSERT_EQ(one.evaluations.size(), result.evaluations.size());
-    EXPECT_NE(one.warnings.front().find("found together with"), std::string::npos);
+    EXPECT_NE(one.warnings.front().text.find("found together with"), std::string::npos);
   }
   EXPECT_DOUBLE_EQ(result.objective, sum);
   for (std::size_t e = 0; e < result.evaluations.size(); ++e)

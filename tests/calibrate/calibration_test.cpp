@@ -202,9 +202,10 @@ TEST(Calibrate, SaysInWordsWhichParametersTradeOff) {
   EXPECT_NEAR(result.trade_offs[0].first_share, std::sqrt(0.5), 0.1);
   EXPECT_NEAR(result.trade_offs[0].second_share, -std::sqrt(0.5), 0.1);
   EXPECT_GT(result.trade_offs[0].half_length, 0.02);  // it is 0.6; the words say "at least"
-  const bool is_said =
-      std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
-        return warning.find("friction_particle_particle and friction_particle_wall trade off") !=
+  const bool is_said = std::any_of(
+      result.warnings.begin(), result.warnings.end(), [](const datasets::Warning& warning) {
+        return warning.text.find(
+                   "friction_particle_particle and friction_particle_wall trade off") !=
                std::string::npos;
       });
   EXPECT_TRUE(is_said);
@@ -259,7 +260,7 @@ TEST(Calibrate, ChoosesTheTimeStepByItsErrorUnlessAskedToSearchIt) {
   EXPECT_GE(joint.time_step.fraction, 0.0125 * (1.0 - 1e-9));
   EXPECT_LE(joint.time_step.fraction, 0.05 * (1.0 + 1e-9));
   EXPECT_TRUE(std::any_of(joint.warnings.begin(), joint.warnings.end(), [](const auto& warning) {
-    return warning.find("searched together") != std::string::npos;
+    return warning.text.find("searched together") != std::string::npos;
   }));
 }
 

@@ -152,7 +152,7 @@ datasets::Experiment with_wall_prior(double mean, double uncertainty) {
 
 bool is_said(const SearchResult& result, const std::string& part) {
   return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const auto& warning) {
-    return warning.find(part) != std::string::npos;
+    return warning.text.find(part) != std::string::npos;
   });
 }
 
