@@ -39,6 +39,7 @@ bool has_flow_of_older_version(const RunData& data) {
 
 Section method_section(const RunData& data, Section section) {
   const bool has_channels = !list(data.result, {"channels"}).empty();
+  section.begin_fold("What every word and number on this page means");
   section.add_template("method",
                        {{"calibration", data.is_calibration()},
                         {"agreement", has_agreement(data)},
@@ -69,6 +70,7 @@ constexpr Part parts[] = {
     {"time-step", "Time step", time_step_section, is_finished},
     {"films", "Films and tracking", films_section, is_of_one},
     {"method", "Method and definitions", method_section, always},
+    {"thesis", "Appendix: the thesis\u2019s form", thesis_section, has_agreement},
     {"provenance", "Provenance", provenance_section, always}};
 
 // A section whose files are damaged says so; the others are not affected.

@@ -35,7 +35,19 @@ mustache::data mustache_data(const Json& json) {
 
 Section::Section(std::string_view id, std::string_view heading) : id_(id), heading_(heading) {}
 
+void Section::begin_fold(std::string_view summary) {
+  end_fold();
+  blocks_.push_back({{"fold_begins", {{"fold_summary", summary}}}});
+  is_folded_ = true;
+}
+
+void Section::end_fold() {
+  if (is_folded_) blocks_.push_back({{"fold_ends", true}});
+  is_folded_ = false;
+}
+
 void Section::add_heading(std::string_view text, std::string_view id) {
+  end_fold();
   blocks_.push_back({{"subheading", text}, {"subheading_id", id}});
 }
 
@@ -70,7 +82,11 @@ void Section::add_template(std::string_view name, const Json& view) {
   blocks_.push_back({{"html", render(name, view)}});
 }
 
-Json Section::view() const { return {{"id", id_}, {"heading", heading_}, {"blocks", blocks_}}; }
+Json Section::view() const {
+  Json blocks = blocks_;
+  if (is_folded_) blocks.push_back({{"fold_ends", true}});
+  return {{"id", id_}, {"heading", heading_}, {"blocks", blocks}};
+}
 
 std::string render(std::string_view name, const Json& view) {
   mustache::data data = mustache_data(view);

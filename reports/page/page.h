@@ -32,6 +32,10 @@ class Section {
   void add_code(std::string_view text);
   void add_folded_code(std::string_view summary, std::string_view text);
   void add_template(std::string_view name, const Json& view);  // name.mustache, embedded
+  // What is added from here on is folded under this summary: the reader opens it, and paper shows
+  // it. A fold ends at the next one, at the next heading and at end_fold().
+  void begin_fold(std::string_view summary);
+  void end_fold();
 
   // What section.mustache draws.
   Json view() const;
@@ -40,6 +44,7 @@ class Section {
   std::string id_;
   std::string heading_;
   Json blocks_ = Json::array();
+  bool is_folded_ = false;
 };
 
 // Sets name.mustache with the view. Partials are the other embedded templates.

@@ -1,5 +1,5 @@
-// The agreement of the thesis (its equation 4.2 and Table 4.2), with the scores that it is compared
-// with.
+// The agreement (equation 4.2 of the thesis), with the scores that it is compared with: in
+// Student's form in its own section, in the thesis's form (1.96, Table 4.2) in an appendix.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,57 +35,22 @@ std::vector<ScoreRow> scores(const Json& agreement) {
   rows.push_back({"The same without the first frame",
                   number(agreement, {"without_first_frame", "percent_student_t"}),
                   number(agreement, {"without_first_frame", "percent"})});
-  rows.push_back(row(fmt::format("Ceiling: a perfect model, mean of {} runs", seeds), "ceiling"));
+  rows.push_back(row(fmt::format("A perfect model on average, mean of {} runs", seeds), "ceiling"));
   rows.push_back(row("One simulated run, median", "single_run_median"));
   rows.push_back(row("Leave-one-out: one more real replicate", "leave_one_out"));
   return rows;
 }
 
-TableView score_table(const std::vector<ScoreRow>& rows) {
-  TableView table("Agreement, and the scores to compare it with",
-                  {{"Whose tracks", Align::left}, {"Student's\u00a0t"}, {"Thesis form, 1.96"}});
-  for (const ScoreRow& row : rows)
-    table.add_row({row.label, percent(row.student), percent(row.thesis)});
-  return table;
-}
+// In which a value is tested: Student's interval, or the thesis's with 1.96.
+enum class Form { student, thesis };
 
-Figure score_figure(const std::vector<ScoreRow>& rows) {
-  FigureChoice choice;
-  std::vector<double> heights;
-  std::vector<double> student;
-  std::vector<double> thesis;
-  Json labels = Json::array();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double height = static_cast<double>(rows.size() - i);
-    heights.push_back(height);
-    student.push_back(rows[i].student);
-    thesis.push_back(rows[i].thesis);
-    labels.push_back(plot_text(rows[i].label));
-    Json link = line({rows[i].thesis, rows[i].student}, {height, height}, "", "var(--faint)", 2.0);
-    link["showlegend"] = false;
-    link["hoverinfo"] = "skip";
-    choice.traces.push_back(link);
-  }
-  choice.traces.push_back(
-      points(thesis, heights, "thesis form, 1.96", "var(--measured-strong)", "circle-open", 11.0));
-  choice.traces.back()["marker"]["line"] = {{"width", 2}};
-  choice.traces.push_back(
-      points(student, heights, "Student's t", "var(--measured-strong)", "circle", 11.0));
-  return {.id = "agreement-scores",
-          .caption =
-              "The score beside its ceiling and beside one more real replicate. Compare filled "
-              "dots with filled dots, and open ones with open ones.",
-          .height = 330,
-          .layout = {{"xaxis",
-                      axis("Values inside the films' 95 % interval (%)", {{"range", {0, 101}}})},
-                     {"yaxis",
-                      {{"tickvals", plot_numbers(heights)},
-                       {"ticktext", labels},
-                       {"range", {0.5, static_cast<double>(rows.size()) + 0.5}},
-                       {"wrapticks", true},
-                       {"showgrid", false}}}},
-          .menu = "",
-          .choices = {choice}};
+TableView score_table(const std::vector<ScoreRow>& rows, Form form) {
+  TableView table(form == Form::student ? "Agreement, and the scores to compare it with"
+                                        : "The same scores in the thesis's form",
+                  {{"Whose tracks", Align::left}, {"Inside the interval"}});
+  for (const ScoreRow& row : rows)
+    table.add_row({row.label, percent(form == Form::student ? row.student : row.thesis)});
+  return table;
 }
 
 struct ParticleRow {
@@ -119,16 +84,23 @@ std::vector<ParticleRow> particle_rows(const RunData& data) {
   return rows;
 }
 
-// `quantities` is the highest rank.
+TableView student_table(const std::vector<ParticleRow>& rows) {
+  TableView table("Agreement per particle", {{"Particle", Align::left}, {"Inside the interval"}});
+  double sum = 0.0;
+  for (const ParticleRow& row : rows) {
+    table.add_row({row.particle, percent(row.student)});
+    sum += row.student;
+  }
+  table.add_total({"All", percent(sum / static_cast<double>(rows.size()))});
+  return table;
+}
+
+// In the thesis's form. `quantities` is the highest rank.
 TableView particle_table(const std::vector<ParticleRow>& rows, int quantities) {
   std::vector<TableView::Column> columns = {{"Particle", Align::left}, {"Frames of rank 0"}};
   for (int rank = 1; rank <= quantities; ++rank) columns.push_back({fmt::format("rank {}", rank)});
-  columns.insert(columns.end(),
-                 {{"Weighted points"}, {"Agreement (1.96)"}, {"Agreement (Student)"}});
-  TableView table(
-      "Agreement per particle, laid out as the thesis's Table 4.2 (ranks and points in its 1.96 "
-      "form)",
-      columns);
+  columns.insert(columns.end(), {{"Weighted points"}, {"Agreement"}});
+  TableView table("Agreement per particle, laid out as the thesis's Table 4.2", columns);
   // A row: name, what each rank has, the rest
   const auto cells = [&](std::string name, const auto& of_rank, std::vector<std::string> rest) {
     std::vector<std::string> row = {std::move(name)};
@@ -141,7 +113,6 @@ TableView particle_table(const std::vector<ParticleRow>& rows, int quantities) {
   double points = 0.0;
   double possible = 0.0;
   double thesis = 0.0;
-  double student = 0.0;
   for (const ParticleRow& row : rows) {
     for (int rank = 0; rank < 4; ++rank) {
       sums[rank] += row.ranks[rank];
@@ -150,27 +121,24 @@ TableView particle_table(const std::vector<ParticleRow>& rows, int quantities) {
     points += row.points;
     possible += row.possible;
     thesis += row.thesis;
-    student += row.student;
-    table.add_row(cells(row.particle,
-                        [&](int rank) { return count(row.ranks[rank]); },
-                        {fmt::format("{} of {}", count(row.points), count(row.possible)),
-                         percent(row.thesis),
-                         percent(row.student)}));
+    table.add_row(cells(
+        row.particle,
+        [&](int rank) { return count(row.ranks[rank]); },
+        {fmt::format("{} of {}", count(row.points), count(row.possible)), percent(row.thesis)}));
   }
   const double particles = static_cast<double>(rows.size());
-  table.add_total(cells("All",
-                        [&](int rank) { return count(sums[rank]); },
-                        {fmt::format("{} of {}", count(points), count(possible)),
-                         percent(thesis / particles),
-                         percent(student / particles)}));
+  table.add_total(cells(
+      "All",
+      [&](int rank) { return count(sums[rank]); },
+      {fmt::format("{} of {}", count(points), count(possible)), percent(thesis / particles)}));
   table.add_total(cells("Share of frames",
                         [&](int rank) { return percent(100.0 * sums[rank] / frames_total); },
-                        {"", "", ""}));
+                        {"", ""}));
   return table;
 }
 
 // One cell a particle and frame: how many quantities lie inside, at most `quantities`.
-Figure rank_figure(const datasets::Table& ranks, int quantities) {
+Figure rank_figure(const datasets::Table& ranks, int quantities, Form form) {
   const std::vector<double> times = column(ranks, "time_s");
   const std::vector<double> particles = column(ranks, "particle");
   const std::set<double> columns(times.begin(), times.end());
@@ -220,28 +188,48 @@ Figure rank_figure(const datasets::Table& ranks, int quantities) {
                              {"outlinewidth", 0}}}});
     return made;
   };
-  std::vector<FigureChoice> choices;
-  if (ranks.has("rank_student_t")) choices.push_back(choice("Student's t", "rank_student_t"));
-  if (ranks.has("rank")) choices.push_back(choice("thesis form, 1.96", "rank"));
+  const bool is_student = form == Form::student;
+  const FigureChoice only =
+      is_student ? choice("Student's t", "rank_student_t") : choice("thesis form, 1.96", "rank");
   return {
-      .id = "agreement-ranks",
-      .caption =
-          "Rank of every particle in every frame. Where many neighbouring cells have rank 0 or 1, "
-          "the simulation gets this part of the motion wrong.",
+      .id = is_student ? "agreement-ranks" : "thesis-ranks",
+      .caption = is_student
+                     ? fmt::format("How many values of a particle lie inside the 95 % "
+                                   "interval of the replicates at each moment, 0 to {} (its "
+                                   "rank). Pale regions show what the simulation gets wrong.",
+                                   quantities)
+                     : "The same with the interval of the thesis.",
       .height = 120 + 26 * static_cast<int>(rows.size()),
       .layout = {{"xaxis", axis("Time since the start event (s)", {{"showgrid", false}})},
                  {"yaxis",
                   axis("Particle (its starting place)",
                        {{"autorange", "reversed"}, {"type", "category"}, {"showgrid", false}})}},
-      .menu = "Interval",
-      .choices = choices};
+      .menu = "",
+      .choices = {only}};
 }
 
 }  // namespace
 
 Section agreement_section(const RunData& data, Section section) {
-  const std::vector<ScoreRow> rows = scores(at(data.result, {"agreement"}));
-  section.add_table(score_table(rows));
+  const Json& agreement = at(data.result, {"agreement"});
+  const std::vector<std::string> quantities = compared_quantities(data);
+  const auto highest = static_cast<int>(quantities.size());
+  section.add_paragraph(fmt::format(
+      "{} of the compared values ({}) lie inside the 95 % interval of the replicates. A perfect "
+      "model reaches {} on average, a further replicate {}.",
+      percent(number(agreement, {"percent_student_t"})),
+      joined(quantities),
+      percent(number(agreement, {"ceiling_percent_student_t"})),
+      percent(number(agreement, {"leave_one_out_percent_student_t"}))));
+  const auto ranks = data.table("ranks");
+  if (ranks && ranks->has("rank_student_t")) {
+    section.add_figure(rank_figure(*ranks, highest, Form::student));
+  } else {
+    section.add_absence(
+        "The ranks frame by frame (tables/ranks.csv) are absent, so they are not drawn.");
+  }
+  section.begin_fold("Scores in a table, and particle by particle");
+  section.add_table(score_table(scores(agreement), Form::student));
   const double rms = number(data.result, {"rms_position_m"});
   if (std::isfinite(rms)) {
     section.add_paragraph(fmt::format(
@@ -252,30 +240,35 @@ Section agreement_section(const RunData& data, Section section) {
         "same places, so there is almost no interval to hit.",
         significant(1000.0 * rms)));
   }
-  section.add_figure(score_figure(rows));
-
-  const std::vector<std::string> quantities = compared_quantities(data);
-  const auto highest = static_cast<int>(quantities.size());
-  section.add_heading("Per particle");
   const std::vector<ParticleRow> particles = particle_rows(data);
   if (particles.empty()) {
     section.add_absence("The table of agreement per particle (tables/agreement.csv) is absent.");
   } else {
+    section.add_table(student_table(particles));
+  }
+  return section;
+}
+
+Section thesis_section(const RunData& data, Section section) {
+  section.add_paragraph(
+      "For comparison with the thesis only: it uses 1.96 in place of Student\u2019s t, so that its "
+      "intervals are too narrow for few replicates and its scores lower.");
+  section.begin_fold("Scores and ranks in the thesis\u2019s form");
+  section.add_table(score_table(scores(at(data.result, {"agreement"})), Form::thesis));
+  const std::vector<std::string> quantities = compared_quantities(data);
+  const auto highest = static_cast<int>(quantities.size());
+  const std::vector<ParticleRow> particles = particle_rows(data);
+  if (!particles.empty()) {
     section.add_paragraph(fmt::format(
-        "Rank of a particle in a frame: how many of its values ({}) lie inside the films' 95 % "
-        "interval, 0 to {}. Weighted points are the sum of the ranks. Agreement is the share of "
-        "the points that could be reached.",
+        "Rank of a particle in a frame: how many of its values ({}) lie inside the interval, 0 to "
+        "{}. Weighted points are the sum of the ranks. Agreement is the share of the points that "
+        "could be reached.",
         joined(quantities),
         highest));
     section.add_table(particle_table(particles, highest));
   }
-  const auto ranks = data.table("ranks");
-  if (ranks && (ranks->has("rank") || ranks->has("rank_student_t"))) {
-    section.add_figure(rank_figure(*ranks, highest));
-  } else {
-    section.add_absence(
-        "The ranks frame by frame (tables/ranks.csv) are absent, so they are not drawn.");
-  }
+  if (const auto ranks = data.table("ranks"); ranks && ranks->has("rank"))
+    section.add_figure(rank_figure(*ranks, highest, Form::thesis));
   return section;
 }
 

@@ -123,9 +123,8 @@ Figure curve_figure(const Observable& observable) {
   };
   Figure figure{.id = "compared-figure-" + identifier(observable.name),
                 .caption = fmt::format(
-                    "{}: the mean of the replicates with its 95 % interval, and the mean of "
-                    "the simulations. Simulation and replicates disagree where the dashed "
-                    "line leaves the band.",
+                    "{}: simulation and replicates disagree where the dashed line leaves the "
+                    "95 % interval.",
                     observable.title),
                 .layout = {{"xaxis", axis(plot_text(axis_title(observable, along)))},
                            {"yaxis", axis(plot_text(with_unit(observable.title, up.text)))}},
@@ -205,6 +204,9 @@ void add_observable(const RunData& data,
                        [&](const Channel& channel) { return (channel.*is)(); });
   };
   const bool has_curves = has(&Channel::is_curve), has_bundles = has(&Channel::is_bundle);
+  // Tracks have sections of their own: here they are but counted
+  if (has_bundles && !has_curves)
+    section.begin_fold("How many simulated means lie inside the interval");
   if (has_bundles) {
     const Channel& first = *std::find_if(observable.channels.begin(),
                                          observable.channels.end(),
@@ -219,9 +221,11 @@ void add_observable(const RunData& data,
                         : ""));
   }
   if (has_curves) section.add_figure(curve_figure(observable));
-  if (has_curves || has_bundles) section.add_table(inside_table(observable));
   const TableView single = number_table(observable, conditions);
   if (!single.is_empty()) section.add_table(single);
+  if (!has_curves && !has_bundles) return;
+  if (has_curves) section.begin_fold("How many simulated means lie inside the interval");
+  section.add_table(inside_table(observable));
 }
 
 // What each kind of quantity leaves of the objective.
@@ -237,7 +241,7 @@ void add_shares(const RunData& data, const std::vector<Observable>& observables,
     table.add_row({found == observables.end() ? capitalised(spaced(kind)) : found->title,
                    significant(number(share, {}), 2)});
   }
-  section.add_heading("Shares of the objective");
+  section.begin_fold("Shares of the objective");
   section.add_table(table);
   section.add_paragraph(
       "0 means that the simulated means are equal to the measured ones. The objective is the mean "

@@ -81,15 +81,6 @@ Section films_section(const RunData& data, Section section) {
         "imported.");
     return section;
   }
-  section.add_paragraph(
-      "Completeness: of all particles in all frames, the share that was found. Calibration "
-      "residual: the distance of fiducials, clicked points or corners of a chessboard from where "
-      "the "
-      "fitted camera puts them. Left out: the same for one that is predicted from the others. "
-      "Start event: its time on the "
-      "film. All other times on this page count from it.");
-  section.add_table(film_table(replicates));
-
   constexpr std::size_t few = 8;  // films of which every picture has its place on the page
   std::vector<std::string> warnings;
   std::vector<Picture> pictures;
@@ -112,7 +103,6 @@ Section films_section(const RunData& data, Section section) {
     }
   }
   section.add_warnings(warnings);
-  section.add_heading("Annotated frames");
   if (!pictures.empty()) {
     section.add_paragraph(
         "What was found, drawn on the film. Look whether every outline lies on its particle: no "
@@ -133,6 +123,15 @@ Section films_section(const RunData& data, Section section) {
   if (pictures.empty() && missing.empty() && damaged.empty()) {
     section.add_absence("This run left no annotated frames behind.");
   }
+  section.begin_fold("How well each film could be read");
+  section.add_paragraph(
+      "Completeness: of all particles in all frames, the share that was found. Calibration "
+      "residual: the distance of fiducials, clicked points or corners of a chessboard from where "
+      "the "
+      "fitted camera puts them. Left out: the same for one that is predicted from the others. "
+      "Start event: its time on the "
+      "film. All other times on this page count from it.");
+  section.add_table(film_table(replicates));
   return section;
 }
 

@@ -362,15 +362,16 @@ std::vector<std::string> flow_sentences(const RunData& data) {
 
 Section flow_section(const RunData& data, Section section) {
   const Json& rows = list(data.result, {"comparison"});
+  section.add_table(rate_table(data, rows));
+  if (const auto curves = data.table("discharge_curves")) section.add_figure(curve_figure(*curves));
+  section.begin_fold("Uncertainties, velocities and laws of the flow");
   section.add_paragraph(
       "D is the mean over films, S the mean over fresh simulations. Each simulation starts from "
       "the bed on its film. Where a film or a discharge curve does not show the bed, the "
       "simulation prepares one. u_val is the standard uncertainty of the comparison (ASME V&V 20). "
       "It has four parts: the scatter of films, the scatter of simulated runs, the uncertainty of "
       "the parameters, and the change on halving the time step.");
-  section.add_table(rate_table(data, rows));
   section.add_table(uncertainty_table(rows));
-  if (const auto curves = data.table("discharge_curves")) section.add_figure(curve_figure(*curves));
   if (const auto profiles = data.table("velocity_comparison"))
     section.add_figure(profile_figure(*profiles));
   if (const auto boundaries = data.table("stagnant_boundary")) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "datasets/parameters/parameter.h"
 #include "reports/page/parameter_words.h"
@@ -18,12 +19,6 @@ namespace {
 std::string range_text(double lower, double upper) {
   if (!std::isfinite(lower) || !std::isfinite(upper)) return std::string(nothing);
   return plain(lower) + " to " + plain(upper);
-}
-
-std::string status_text(const std::string& status) {
-  if (status == "at_bound") return "at bound";
-  if (status == "not_identified") return "not identified";
-  return status.empty() ? std::string(nothing) : status;
 }
 
 std::string unit_of(const Json& parameter) { return unit_text(text(parameter, {"unit"})); }
@@ -50,27 +45,58 @@ const Json& films_alone(const Json& parameter) {
 }
 
 TableView parameter_table(const Json& parameters) {
-  TableView table("Parameters, their intervals and where they come from",
+  TableView table("Parameters",
                   {{"Parameter", Align::left},
                    {"Value"},
                    {"95 % interval"},
                    {"Unit", Align::left},
                    {"Status", Align::left},
-                   {"Bench value"},
+                   {"Bench value"}});
+  for (const auto& [key, parameter] : parameters.items()) {
+    const std::string unit = unit_of(parameter);
+    table.add_row({parameter_name(key),
+                   value_text(parameter),
+                   interval_of(parameter),
+                   unit.empty() ? "-" : unit,
+                   status_words(parameter),
+                   bench_text(parameter)});
+  }
+  return table;
+}
+
+// What each status means, of those that stand in the table.
+std::vector<std::string> status_sentences(const Json& parameters) {
+  std::vector<std::string> all;
+  for (const auto& [key, parameter] : parameters.items()) {
+    const std::string words = status_words(parameter);
+    if (words == "not identified") {
+      add_once(all,
+               "Not identified: these data do not determine the parameter. It is held at its bench "
+               "value or, where that fits worse, at the value that fits best.");
+    } else if (words == "budget ended") {
+      add_once(all,
+               "Budget ended: the search ended before the interval was found. This is no word of "
+               "the data.");
+    } else if (words.starts_with("open")) {
+      add_once(all, "Open: every value up to that bound of the search fits as well.");
+    } else if (words == "at bound") {
+      add_once(all, "At bound: the search ended at the edge of its range, so widen the range.");
+    }
+  }
+  return all;
+}
+
+TableView knowledge_table(const Json& parameters) {
+  TableView table("What the search knew and learnt of each parameter",
+                  {{"Parameter", Align::left},
                    {"Prior"},
                    {"Search bounds"},
                    {"Range of objective"},
                    {"Noise of that"},
                    {"Sobol total"}});
   for (const auto& [key, parameter] : parameters.items()) {
-    const std::string unit = unit_of(parameter);
     table.add_row(
         {parameter_name(key),
-         value_text(parameter),
-         interval_of(parameter),
-         unit.empty() ? "-" : unit,
-         status_text(text(parameter, {"status"})),
-         bench_text(parameter),
          prior_text(parameter),
          range_text(number(parameter, {"bound_lower"}), number(parameter, {"bound_upper"})),
          significant(number(parameter, {"objective_range"}), 2),
@@ -138,24 +164,49 @@ Figure interval_figure(const Json& parameters, const std::string& unit) {
         });
     choice.traces.push_back(trace);
   };
+  std::vector<double> open_lower, open_lower_rows, open_upper, open_upper_rows;
+  // An end that was not found stands at the bound of the search: an arrow leads on from there
+  const auto mark_open_ends = [&](const Json& parameter) {
+    const std::string text = interval_of(parameter);
+    if (text.starts_with(nothing)) {
+      open_lower.push_back(number(parameter, {"lower"}));
+      open_lower_rows.push_back(rows.back());
+    }
+    if (text.ends_with(nothing)) {
+      open_upper.push_back(number(parameter, {"upper"}));
+      open_upper_rows.push_back(rows.back());
+    }
+  };
   for (const auto& [key, parameter] : parameters.items()) {
     if (unit_of(parameter) != unit) continue;
     rows.push_back(-static_cast<double>(rows.size()));  // downwards
     names.push_back(plot_text(parameter_name(key)));
     bar(parameter, "bound_lower", "bound_upper", "search bounds", "var(--faint)", 2.0);
-    bar(parameter, "lower", "upper", "95 % interval", "var(--measured-strong)", 12.0);
-    values.push_back(number(parameter, {"value"}));
+    if (interval_of(parameter) != nothing) {
+      bar(parameter, "lower", "upper", "95 % interval", "var(--measured-strong)", 12.0);
+      mark_open_ends(parameter);
+    }
+    values.push_back(is_undetermined(parameter) ? std::nan("") : number(parameter, {"value"}));
     bench.push_back(number(parameter, {"bench_value"}));
   }
   choice.traces.push_back(
       points(bench, rows, "bench value", "var(--simulated)", "diamond-open", 11.0));
   choice.traces.back()["marker"]["line"] = {{"width", 2}};
   choice.traces.push_back(points(values, rows, "value", "var(--ink)", "circle", 6.0));
+  bool is_first = true;
+  const auto arrows = [&](const std::vector<double>& x,
+                          const std::vector<double>& y,
+                          const char* symbol) {
+    if (x.empty()) return;
+    choice.traces.push_back(points(x, y, "end not found", "var(--measured-strong)", symbol, 16.0));
+    choice.traces.back()["showlegend"] = std::exchange(is_first, false);
+  };
+  arrows(open_lower, open_lower_rows, "triangle-left");
+  arrows(open_upper, open_upper_rows, "triangle-right");
   return {.id = "parameter-intervals" + (unit.empty() ? "" : "-" + identifier(unit)),
           .caption =
-              "Every parameter: its value, its interval, the bounds of the search and the bench "
-              "value. A bench value far outside the interval means that bench test and films "
-              "measure different things.",
+              "A bench value far outside the interval means that bench test and films measure "
+              "different things.",
           .height = 120 + 55 * static_cast<int>(rows.size()),
           .layout = {{"xaxis", axis(plot_text(value_axis(unit)), {{"rangemode", "tozero"}})},
                      {"yaxis",
@@ -250,6 +301,12 @@ Section parameters_section(const RunData& data, Section section) {
     return section;
   }
   section.add_table(parameter_table(parameters));
+  const std::vector<std::string> statuses = status_sentences(parameters);
+  if (!statuses.empty()) section.add_paragraph(fmt::format("{}", fmt::join(statuses, " ")));
+  add_interval_figures(parameters, section);
+  if (!data.is_calibration()) return section;
+  section.begin_fold("How the parameters were found, and bench tests beside them");
+  section.add_table(knowledge_table(parameters));
   section.add_paragraph(
       "Range of objective: the change of the objective when this parameter alone goes from its "
       "best value to the worse end of its range. Where it is not larger than its noise, the films "
@@ -261,8 +318,7 @@ Section parameters_section(const RunData& data, Section section) {
     section.add_paragraph("How the intervals were found: " + method + ".");
     break;
   }
-  add_interval_figures(parameters, section);
-  if (data.is_calibration()) add_bench(parameters, section);
+  add_bench(parameters, section);
   add_posterior(data.result, section);
   add_influence(data, section);
   return section;

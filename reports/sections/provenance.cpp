@@ -88,7 +88,6 @@ bool is_whole_journal(const std::filesystem::path& file) {
 }  // namespace
 
 Section provenance_section(const RunData& data, Section section) {
-  section.add_table(run_table(data));
   if (data.run.is_null()) {
     section.add_absence(
         "run.json is absent or cannot be read: version, command, seeds and hashes are not known.");
@@ -104,6 +103,22 @@ Section provenance_section(const RunData& data, Section section) {
         "journal.db was cut off or is no journal. journal.csv is a plain copy of its rows.");
   }
 
+  const std::string command = command_text(data);
+  if (command.empty()) {
+    section.add_absence("The command of this run was not recorded.");
+  } else {
+    section.add_paragraph(
+        "The same command with the same inputs and the same version gives the same numbers, with "
+        "any number of jobs:");
+    section.add_code(command);
+  }
+  section.begin_fold("Counts, inputs and times");
+  section.add_paragraph(fmt::format(
+      "This page was made from the run folder alone, and graintruth report makes it again. The "
+      "folder's tables/ holds tables of the run as CSV, in SI units. Every simulation has a row in "
+      "journal.csv{}.",
+      data.is_part() ? " of the folder above it" : ""));
+  section.add_table(run_table(data));
   const Json& hashes = at(data.run, {"input_hashes"});
   if (hashes.is_object() && !hashes.empty()) {
     TableView table("Hashes of the inputs", {{"File", Align::left}, {"Hash", Align::left}});
@@ -118,22 +133,7 @@ Section provenance_section(const RunData& data, Section section) {
       table.add_row({text(stage, {"name"}), seconds(number(stage, {"seconds"}))});
     section.add_table(table);
   }
-
-  section.add_heading("How to reproduce");
-  const std::string command = command_text(data);
-  if (command.empty()) {
-    section.add_absence("The command of this run was not recorded.");
-  } else {
-    section.add_paragraph(
-        "The same command with the same inputs and the same version gives the same numbers, with "
-        "any number of jobs:");
-    section.add_code(command);
-  }
-  section.add_paragraph(fmt::format(
-      "This page was made from the run folder alone, and graintruth report makes it again. The "
-      "folder's tables/ holds tables of the run as CSV, in SI units. Every simulation has a row in "
-      "journal.csv{}.",
-      data.is_part() ? " of the folder above it" : ""));
+  section.end_fold();
   const Json& configuration = at(data.run, {"configuration"});
   if (!configuration.is_null()) {
     section.add_folded_code("The resolved configuration",

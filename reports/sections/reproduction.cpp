@@ -12,6 +12,7 @@
 #include "reports/page/assets.h"
 #include "reports/page/page.h"
 #include "reports/page/words.h"
+#include "reports/sections/sections.h"
 
 namespace graintruth::reports {
 
@@ -45,22 +46,26 @@ Json tiles(const Json& counts) {
   return all;
 }
 
-std::string failure_sentence(const RunData& data) {
+// Whether anything that the thesis prints is left unexplained.
+datasets::Verdict judge_reproduction(const RunData& data) {
   const double failures = number(data.result, {"verdicts", "FAIL"});
-  if (!(failures > 0.0))
-    return "Every printed value that does not follow from the thesis's own data is in the errata, "
-           "with its digits. Values that could not be confirmed stand first below, with the "
-           "reason.";
-  return fmt::format("{} {} unexplained: see the rows marked FAIL.",
-                     count(failures),
-                     failures == 1.0 ? "discrepancy is" : "discrepancies are");
+  if (!(failures > 0.0)) {
+    return {datasets::Mark::agrees,
+            "Every printed value that does not follow from the thesis's own data is in the errata, "
+            "with its digits.",
+            "Read first what could not be confirmed, and why"};
+  }
+  return {datasets::Mark::does_not_agree,
+          fmt::format("{} {} unexplained.",
+                      count(failures),
+                      failures == 1.0 ? "discrepancy is" : "discrepancies are"),
+          "See the rows marked FAIL"};
 }
 
-Json verdict_view(const RunData& data) {
-  return {{"absence", ""},
-          {"tiles", tiles(at(data.result, {"verdicts"}))},
-          {"sentences", {failure_sentence(data)}},
-          {"warnings", nullptr}};
+Json reproduction_view(const RunData& data) {
+  Json view = view_of(judge_reproduction(data));
+  view["tiles"] = tiles(at(data.result, {"verdicts"}));
+  return view;
 }
 
 std::string unit_text(const Json& row) {
@@ -385,7 +390,7 @@ std::string build_reproduction_page(const RunData& data) {
                  {"date", text(data.run, {"started_at"})},
                  {"version", text(data.run, {"version"})},
                  {"note", ""},
-                 {"verdict", render("verdict", verdict_view(data))},
+                 {"verdict", render("verdict", reproduction_view(data))},
                  {"sections", sections},
                  {"style", asset("page.css")},
                  {"plotly", asset("plotly.min.js")},

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "reports/page/parameter_words.h"
 #include "reports/page/words.h"
 #include "reports/sections/sections.h"
 
@@ -121,12 +122,28 @@ struct Side {
   std::string title;
   const std::vector<double>& values;
   double result;
+  double lower, upper;  // of its interval; NaN where it has none
 };
 
 Side side_of(const RunData& data, const Evaluations::Parameter& parameter) {
+  const Json& found = at(data.result, {"parameters", parameter.name});
+  const bool has_interval = interval_of(found) != nothing;
   return {parameter_axis(parameter.name),
           parameter.values,
-          number(data.result, {"parameters", parameter.name, "value"})};
+          number(found, {"value"}),
+          has_interval ? number(found, {"lower"}) : std::nan(""),
+          has_interval ? number(found, {"upper"}) : std::nan("")};
+}
+
+// The interval along one axis, as bars from the result.
+Json bars(const Side& side) {
+  return {{"type", "data"},
+          {"symmetric", false},
+          {"array", plot_numbers({side.upper - side.result})},
+          {"arrayminus", plot_numbers({side.result - side.lower})},
+          {"color", "var(--simulated)"},
+          {"thickness", 3},
+          {"width", 8}};
 }
 
 // The plane of the first two parameters that the search moved; of a single one, against the
@@ -134,9 +151,12 @@ Side side_of(const RunData& data, const Evaluations::Parameter& parameter) {
 Figure plane_figure(const RunData& data, const Evaluations& all) {
   const bool is_of_one = all.varied.size() == 1;
   const Side across = side_of(data, all.varied[0]);
-  const Side up = is_of_one
-                      ? Side{"Objective", all.objective, number(data.result, {"objective", "best"})}
-                      : side_of(data, all.varied[1]);
+  const Side up = is_of_one ? Side{"Objective",
+                                   all.objective,
+                                   number(data.result, {"objective", "best"}),
+                                   std::nan(""),
+                                   std::nan("")}
+                            : side_of(data, all.varied[1]);
   std::vector<double> x, y, objective, failed_x, failed_y;
   Json hover = Json::array();
   for (std::size_t i = 0; i < all.objective.size(); ++i) {
@@ -177,18 +197,25 @@ Figure plane_figure(const RunData& data, const Evaluations& all) {
     choice.traces.push_back(
         points(failed_x, failed_y, "with failed simulations", "var(--simulated)", "x", 7.0));
   if (std::isfinite(across.result) && std::isfinite(up.result)) {
-    Json best = points({across.result}, {up.result}, "result", "rgba(0,0,0,0)", "star", 17.0);
+    const bool has_bars = std::isfinite(across.lower) || std::isfinite(up.lower);
+    Json best = points({across.result},
+                       {up.result},
+                       has_bars ? "result, 95 % intervals" : "result",
+                       "rgba(0,0,0,0)",
+                       "star",
+                       17.0);
     best["marker"]["line"] = {{"width", 2}, {"color", "var(--simulated)"}};
+    if (std::isfinite(across.lower)) best["error_x"] = bars(across);
+    if (std::isfinite(up.lower)) best["error_y"] = bars(up);
     choice.traces.push_back(best);
   }
   return {
       .id = "search-plane",
       .caption = fmt::format(
-          "Every evaluation, dark where the objective is low (the colours end at its upper "
-          "quartile).{}{}",
+          "Every evaluation of the search, dark where the simulation fits well.{}{}",
           is_of_one ? ""
-                    : " A long dark valley means that one of the two parameters can make up "
-                      "for the other.",
+                    : " A long dark valley means that one of the two parameters can make up for "
+                      "the other.",
           all.varied.size() > 2
               ? fmt::format(" The search moved {} parameters; the plane shows the first two.",
                             all.varied.size())
@@ -205,7 +232,8 @@ struct Profile {
 };
 
 // The profiles of the parameters in one unit.
-Figure profile_figure(const std::vector<Profile>& profiles,
+Figure profile_figure(const Json& parameters,
+                      const std::vector<Profile>& profiles,
                       const std::string& unit,
                       bool has_limit) {
   FigureChoice choice;
@@ -216,6 +244,16 @@ Figure profile_figure(const std::vector<Profile>& profiles,
     Json trace = points(values, excesses, parameter_name(name), stage_colour(++colour));
     trace["mode"] = "lines+markers";
     choice.traces.push_back(trace);
+    const Json& parameter = at(parameters, {name});
+    if (has_limit && interval_of(parameter) != nothing) {
+      Json interval = line({number(parameter, {"lower"}), number(parameter, {"upper"})},
+                           {1.0, 1.0},
+                           parameter_name(name) + ": 95 % interval",
+                           stage_colour(colour),
+                           5.0);
+      interval["showlegend"] = false;
+      choice.traces.push_back(interval);
+    }
     for (const double value : values) {
       lowest = std::fmin(lowest, value);
       highest = std::fmax(highest, value);
@@ -233,8 +271,10 @@ Figure profile_figure(const std::vector<Profile>& profiles,
               ? "Excess: how much worse the objective is than the best, for one parameter at a "
                 "time. It is divided by what other replicates and seeds could explain. Where "
                 "they explain nothing, it is divided by the most that they explain elsewhere, "
-                "and 1 is added. Values below the dashed line cannot be told from the best: they "
-                "are the 95 % interval."
+                "and 1 is added. Values below the dashed line cannot be told from the best. The "
+                "thick part of that line is the 95 % interval: it ends at the nearest value that "
+                "was "
+                "shown to be worse, or where the search ended."
               : "Excess: how much worse the objective is than the best, for one parameter at a "
                 "time. Other replicates and seeds explain none of these differences, so each "
                 "interval ends at the nearest worse value that was tried.",
@@ -247,7 +287,7 @@ Figure profile_figure(const std::vector<Profile>& profiles,
 }
 
 // One figure a unit.
-void add_profiles(const datasets::Table& table, Section& section) {
+void add_profiles(const Json& parameters, const datasets::Table& table, Section& section) {
   const auto names = text_column(table, "parameter");
   const auto values = column(table, "value");
   const auto excess = column(table, "excess");
@@ -274,7 +314,7 @@ void add_profiles(const datasets::Table& table, Section& section) {
     add_once(units, parameter_unit(names[i]));
   }
   for (const std::string& unit : units)
-    section.add_figure(profile_figure(profiles, unit, has_limit));
+    section.add_figure(profile_figure(parameters, profiles, unit, has_limit));
 }
 
 // What the form of the objective that was not searched by would have chosen.
@@ -320,6 +360,9 @@ Section search_section(const RunData& data, Section section) {
                             : "Nothing was searched in this run: the parameters were given.");
   } else {
     const Evaluations all = read_evaluations(*table);
+    const bool has_plane = !all.varied.empty();
+    if (has_plane) section.add_figure(plane_figure(data, all));
+    if (!data.is_under_way()) section.begin_fold("How the search went");
     const double noise = number(data.result, {"objective", "noise"});
     const double best = number(data.result, {"objective", "best"});
     if (std::isfinite(best)) {
@@ -342,17 +385,17 @@ Section search_section(const RunData& data, Section section) {
           count(number(data.result, {"self_test", "found"}))));
     }
     const std::string reason = text(data.result, {"objective", "stop_reason"});
-    if (!reason.empty()) section.add_paragraph(fmt::format("Why the search ended: {}.", reason));
+    if (!reason.empty())
+      section.add_paragraph(fmt::format("Why the local search ended: {}.", reason));
     add_other_objective(data, section);
     section.add_table(stage_table(all));
     section.add_figure(convergence_figure(all));
-    if (!all.varied.empty()) section.add_figure(plane_figure(data, all));
   }
   if (!data.is_calibration() || data.is_under_way()) return section;
 
-  section.add_heading("What the intervals rest on");
+  section.begin_fold("What the intervals rest on");
   if (const auto profile = data.table("profile")) {
-    add_profiles(*profile, section);
+    add_profiles(at(data.result, {"parameters"}), *profile, section);
   } else {
     section.add_absence(
         "There are no profiles (tables/profile.csv): no parameter has an interval, or the table is "

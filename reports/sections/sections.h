@@ -1,12 +1,15 @@
 // The sections of the page, one file each, in the order in which the reader meets them.
 #pragma once
 
+#include "datasets/verdict/verdict.h"
 #include "reports/page/page.h"
 #include "reports/page/run_data.h"
 
 namespace graintruth::reports {
 
-Json verdict_view(const RunData& data);  // verdict.mustache: what came out, and how to read it
+Json verdict_view(const RunData& data);  // verdict.mustache: whether it can be used, and what next
+// Mark, reason and next step of verdict.mustache.
+Json view_of(const datasets::Verdict& verdict);
 // Whether the run left what these sections show.
 bool has_comparisons(const RunData& data);
 bool has_tracks(const RunData& data);
@@ -26,6 +29,7 @@ Section side_by_side_section(const RunData& data, Section section);
 Section compared_section(const RunData& data, Section section);
 Section flow_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
+Section thesis_section(const RunData& data, Section section);
 Section tracks_section(const RunData& data, Section section);
 Section search_section(const RunData& data, Section section);
 Section time_step_section(const RunData& data, Section section);

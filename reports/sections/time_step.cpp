@@ -153,7 +153,14 @@ Section time_step_section(const RunData& data, Section section) {
         {"The time step was searched together with the parameters. A coarse step acts like "
          "damping, so step and parameters can make up for each other. These parameters hold at "
          "this time step only."});
-  } else {
+  }
+  if (at(time_step, {"converged"}) == false) {
+    section.add_warnings(
+        {"The objective still changes by more than noise between the two smallest time steps: the "
+         "results depend on the time step."});
+  }
+  section.begin_fold("How the time step was chosen");
+  if (text(time_step, {"rule"}) != "joint") {
     section.add_paragraph(
         "The time step was chosen before the search. It was not tuned with the parameters: a "
         "coarse step acts like damping, and the search could use it in place of a parameter. "
@@ -169,11 +176,6 @@ Section time_step_section(const RunData& data, Section section) {
         significant(number(time_step, {"at_half", "noise"}), 2),
         std::isfinite(points) ? fmt::format(" and the agreement by {} points", decimal(points, 1))
                               : ""));
-  }
-  if (at(time_step, {"converged"}) == false) {
-    section.add_warnings(
-        {"The objective still changes by more than noise between the two smallest time steps: the "
-         "results depend on the time step."});
   }
   const std::vector<Study> studies = studies_of(rows);
   section.add_table(study_table(studies));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "reports/page/words.h"
 #include "reports/sections/sections.h"
@@ -17,7 +18,7 @@ namespace {
 // One quantity of one particle over time, in the unit of the picture (mm or degrees).
 struct Course {
   std::vector<double> time;
-  std::vector<double> measured, lower_thesis, upper_thesis, lower_student, upper_student;
+  std::vector<double> measured, lower_student, upper_student;
   std::vector<double> simulated, simulated_lower, simulated_upper;
 };
 
@@ -35,8 +36,6 @@ std::map<int, ParticleCourses> read_courses(const datasets::Table& bands) {
   const auto quantities = text_column(bands, "quantity");
   const std::vector<std::pair<std::string, std::vector<double> Course::*>> members = {
       {"replicate_mean", &Course::measured},
-      {"lower_196", &Course::lower_thesis},
-      {"upper_196", &Course::upper_thesis},
       {"lower_t", &Course::lower_student},
       {"upper_t", &Course::upper_student},
       {"simulated_mean", &Course::simulated},
@@ -110,9 +109,10 @@ double mean_square_difference(const Course& course) {
   return values > 0 ? sum / values : std::nan("");
 }
 
+bool is_angle(const Quantity& quantity) { return quantity.name == "angle"; }
+
 TableView difference_table(const std::map<int, ParticleCourses>& courses,
                            const std::vector<Quantity>& quantities) {
-  const auto is_angle = [](const Quantity& quantity) { return quantity.name == "angle"; };
   std::vector<TableView::Column> columns = {{"Particle", Align::left}, {"RMS distance (mm)"}};
   for (const Quantity& quantity : quantities) {
     if (is_angle(quantity)) columns.push_back({"RMS angle (°)"});
@@ -140,8 +140,6 @@ TableView difference_table(const std::map<int, ParticleCourses>& courses,
 Course from_measured(const Course& course) {
   Course difference = course;
   for (std::vector<double> Course::*member : {&Course::measured,
-                                              &Course::lower_thesis,
-                                              &Course::upper_thesis,
                                               &Course::lower_student,
                                               &Course::upper_student,
                                               &Course::simulated,
@@ -158,12 +156,7 @@ void add_course(Json& traces, const Course& course, std::string_view y_axis, boo
       band(course.time,
            course.lower_student,
            course.upper_student,
-           "films: 95 % interval, Student",
-           "var(--measured-pale)"),
-      band(course.time,
-           course.lower_thesis,
-           course.upper_thesis,
-           "with 1.96",
+           "replicates: 95 % interval",
            "var(--measured-band)"),
       band(course.time,
            course.simulated_lower,
@@ -232,6 +225,171 @@ Figure stacked_figure(const std::map<int, ParticleCourses>& courses,
     figure.choices.push_back(std::move(choice));
   }
   return figure;
+}
+
+// Root of the mean square over particles, moment by moment.
+class MeanSquare {
+ public:
+  void add(double time, double square) {
+    if (!std::isfinite(square)) return;
+    Sum& sum = sums_[time];
+    sum.squares += square;
+    ++sum.count;
+    total_.squares += square;
+    ++total_.count;
+  }
+  std::vector<double> times() const {
+    std::vector<double> all;
+    for (const auto& [time, sum] : sums_) all.push_back(time);
+    return all;
+  }
+  std::vector<double> roots() const {
+    std::vector<double> all;
+    for (const auto& [time, sum] : sums_) all.push_back(std::sqrt(sum.squares / sum.count));
+    return all;
+  }
+  double root() const { return std::sqrt(total_.squares / total_.count); }  // NaN of nothing
+
+ private:
+  struct Sum {
+    double squares = 0.0;
+    int count = 0;
+  };
+  std::map<double, Sum> sums_;
+  Sum total_;
+};
+
+// The quantities that one panel takes together: places as a distance, angles by themselves.
+std::vector<std::vector<Quantity>> panels_of(const std::vector<Quantity>& quantities) {
+  std::vector<Quantity> places, angles;
+  for (const Quantity& quantity : quantities)
+    (is_angle(quantity) ? angles : places).push_back(quantity);
+  std::vector<std::vector<Quantity>> panels;
+  if (!places.empty()) panels.push_back(places);
+  if (!angles.empty()) panels.push_back(angles);
+  return panels;
+}
+
+// Panels above each other, of distances and of angles.
+Json panel_layout(const std::vector<std::vector<Quantity>>& panels, std::string_view what) {
+  constexpr double lower_part = 0.44, upper_part = 0.54;
+  Json layout = {
+      {"xaxis",
+       axis("Time since the start event (s)", {{"anchor", numbered("y", panels.size() - 1)}})}};
+  for (std::size_t panel = 0; panel < panels.size(); ++panel) {
+    Json domain = {0.0, 1.0};
+    if (panels.size() == 2) domain = panel == 0 ? Json{upper_part, 1.0} : Json{0.0, lower_part};
+    layout[numbered("yaxis", panel)] = axis(
+        fmt::format("{} ({})", is_angle(panels[panel][0]) ? "Angle" : what, panels[panel][0].unit),
+        {{"domain", domain}, {"rangemode", "tozero"}});
+  }
+  return layout;
+}
+
+// How far the simulated mean lies from the measured one, of every particle.
+Figure error_figure(const std::map<int, ParticleCourses>& courses,
+                    const std::vector<Quantity>& quantities) {
+  const auto panels = panels_of(quantities);
+  FigureChoice choice;
+  for (std::size_t panel = 0; panel < panels.size(); ++panel) {
+    MeanSquare error, half_width;
+    bool is_first = true;
+    const auto add = [&](Json trace, bool in_legend) {
+      place(trace, "x", numbered("y", panel));
+      trace["legendgroup"] = trace["name"];
+      trace["showlegend"] = in_legend && panel == 0;
+      choice.traces.push_back(std::move(trace));
+    };
+    for (const auto& [particle, of_particle] : courses) {
+      const std::vector<double>& time = course_of(of_particle, panels[panel][0]).time;
+      std::vector<double> apart(time.size());
+      for (std::size_t i = 0; i < time.size(); ++i) {
+        double square = 0.0, width = 0.0;
+        for (const Quantity& quantity : panels[panel]) {
+          const Course& course = course_of(of_particle, quantity);
+          if (i >= course.time.size()) continue;
+          square += std::pow(course.simulated[i] - course.measured[i], 2);
+          width += std::pow(0.5 * (course.upper_student[i] - course.lower_student[i]), 2);
+        }
+        apart[i] = std::sqrt(square);
+        error.add(time[i], square);
+        half_width.add(time[i], width);
+      }
+      Json trace = line(time, apart, "one particle", "var(--faint)", 1.5);
+      trace["hovertemplate"] = fmt::format("particle {}: %{{y:.2f}}<extra></extra>", particle);
+      add(std::move(trace), std::exchange(is_first, false));
+    }
+    Json width = line(half_width.times(),
+                      half_width.roots(),
+                      "half-width of the replicates' interval",
+                      "var(--measured-strong)",
+                      2.0);
+    width["line"]["dash"] = "4px,2px";
+    add(std::move(width), true);
+    add(line(error.times(), error.roots(), "all particles (RMS)", "var(--simulated)", 3.0), true);
+  }
+  return {.id = "tracks-error",
+          .caption =
+              "Distance of the simulated mean from the measured one, of all particles. Below "
+              "the dashed line it is smaller than what the replicates tell.",
+          .height = panels.size() == 2 ? 460 : 320,
+          .layout = panel_layout(panels, "Distance"),
+          .menu = "",
+          .choices = {choice}};
+}
+
+// How far each replicate lies from the simulated mean.
+Figure residual_figure(const datasets::Table& residuals, const std::vector<Quantity>& quantities) {
+  const auto panels = panels_of(quantities);
+  const auto times = column(residuals, "time_s"), particles = column(residuals, "particle"),
+             values = column(residuals, "residual");
+  const auto names = text_column(residuals, "quantity"),
+             replicates = text_column(residuals, "replicate");
+  std::vector<std::string> order;
+  for (const std::string& replicate : replicates) add_once(order, replicate);
+  FigureChoice choice;
+  std::vector<double> whole(order.size(), std::nan(""));  // of the first panel
+  for (std::size_t panel = 0; panel < panels.size(); ++panel) {
+    // Squares of the quantities of a panel add up to one of a particle at a moment
+    std::map<std::string, std::map<std::pair<double, double>, double>> squares;
+    for (std::size_t row = 0; row < names.size(); ++row) {
+      for (const Quantity& quantity : panels[panel]) {
+        if (quantity.name != names[row]) continue;
+        squares[replicates[row]][{times[row], particles[row]}] +=
+            std::pow(quantity.factor * values[row], 2);
+      }
+    }
+    for (std::size_t r = 0; r < order.size(); ++r) {
+      MeanSquare sum;
+      for (const auto& [key, square] : squares[order[r]]) sum.add(key.first, square);
+      if (panel == 0) whole[r] = sum.root();
+      Json trace =
+          line(sum.times(), sum.roots(), order[r], fmt::format("var(--stage{})", (r + 1) % 6), 2.0);
+      place(trace, "x", numbered("y", panel));
+      trace["legendgroup"] = trace["name"];
+      trace["showlegend"] = panel == 0;
+      choice.traces.push_back(std::move(trace));
+    }
+  }
+  std::string farthest;
+  const auto most = std::max_element(whole.begin(), whole.end());
+  if (order.size() > 2 && std::isfinite(*most)) {
+    farthest = fmt::format(" {} lies farthest: {} {}, against a median of {} {}.",
+                           order[static_cast<std::size_t>(most - whole.begin())],
+                           significant(*most, 2),
+                           panels[0][0].unit,
+                           significant(median(whole), 2),
+                           panels[0][0].unit);
+  }
+  return {.id = "tracks-residuals",
+          .caption =
+              "Distance of each replicate from the simulated mean (RMS over particles). A "
+              "replicate far above the others may be of another experiment." +
+              farthest,
+          .height = panels.size() == 2 ? 460 : 320,
+          .layout = panel_layout(panels, "Distance"),
+          .menu = "",
+          .choices = {choice}};
 }
 
 // Walls as one line with gaps, mm.
@@ -327,6 +485,17 @@ Section tracks_section(const RunData& data, Section section) {
   }
   const std::map<int, ParticleCourses> courses = read_courses(*bands);
   const std::vector<Quantity> quantities = quantities_of(courses);
+  if (!quantities.empty()) {
+    section.add_figure(error_figure(courses, quantities));
+    if (const auto residuals = data.table("residuals")) {
+      section.add_figure(residual_figure(*residuals, quantities));
+    } else {
+      section.add_absence(
+          "The distances of single replicates (tables/residuals.csv) are absent, so they are not "
+          "drawn.");
+    }
+  }
+  section.begin_fold("Particle by particle");
   section.add_paragraph(
       "Half-widths are those of the films' 95 % interval (Student), the median over the frames. A "
       "narrow interval is a hard test. A particle with a wide interval scores well, although the "

@@ -1,4 +1,6 @@
-// The verdict: the results in sentences.
+// The verdict: its mark, reason and next step, and folded under it the results in sentences.
+#include "datasets/verdict/verdict.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,41 +34,26 @@ std::string interval_words(const Json& parameter) {
       alone == nothing ? "" : fmt::format(" with priors, {} from the films alone", alone));
 }
 
+// Beside the number: its interval, or why there is none.
 std::string parameter_detail(const Json& parameter) {
-  const std::string status = text(parameter, {"status"});
   const std::string interval = interval_of(parameter);
-  if (status == "not_identified" && interval != nothing)
-    return fmt::format("not identified by this experiment; {} by priors", interval);
-  if (status == "not_identified") {
-    return is_at_bench(parameter)
-               ? "not identified by this experiment; held at its bench value"
-               : "not identified by this experiment; at the value that fits best";
-  }
-  if (status == "fixed") return "given, not tuned";
-  if (status == "at_bound") return "at the edge of its search bounds";
-  return interval_words(parameter);
+  if (interval == nothing) return status_words(parameter);
+  if (text(parameter, {"status"}) == "not_identified") return interval + " by priors";
+  return text(parameter, {"status"}) == "at_bound" ? interval + ", at bound" : interval;
 }
 
-Json tiles(const RunData& data) {
+// One a parameter that was sought or given. Where nothing can be trusted all are pale.
+Json tiles(const RunData& data, const datasets::Verdict& verdict) {
+  const bool is_doubtful = verdict.mark == datasets::Mark::does_not_agree ||
+                           verdict.mark == datasets::Mark::cannot_be_judged;
   Json views = Json::array();
   for (const auto& [key, parameter] : at(data.result, {"parameters"}).items()) {
     const std::string status = text(parameter, {"status"});
-    views.push_back({{"label", parameter_name(key)},
-                     {"value", value_text(parameter)},
-                     {"detail", parameter_detail(parameter)},
-                     {"muted", status == "not_identified" || status == "fixed"}});
-  }
-  const double student = number(data.result, {"agreement", "percent_student_t"});
-  const double thesis = number(data.result, {"agreement", "percent"});
-  if (std::isfinite(student) || std::isfinite(thesis)) {
     views.push_back(
-        {{"label", "Agreement"},
-         {"value", percent(std::isfinite(student) ? student : thesis)},
-         {"detail",
-          std::isfinite(student)
-              ? fmt::format("Student form; {} in the thesis form (1.96)", percent(thesis))
-              : "thesis form (1.96)"},
-         {"muted", false}});
+        {{"label", parameter_axis(key)},
+         {"value", is_undetermined(parameter) ? std::string(nothing) : value_text(parameter)},
+         {"detail", is_doubtful ? "" : parameter_detail(parameter)},
+         {"muted", is_doubtful || is_undetermined(parameter) || status == "fixed"}});
   }
   return views;
 }
@@ -85,7 +72,13 @@ std::vector<std::string> parameter_sentences(const RunData& data) {
   for (const auto& [key, parameter] : at(data.result, {"parameters"}).items()) {
     const std::string status = text(parameter, {"status"});
     const std::string phrase = parameter_phrase(key);
-    if (status == "tuned") {
+    if (status == "tuned" && is_undetermined(parameter)) {
+      others.push_back(fmt::format(
+          "The budget ended before the interval of the {} was found. This is no word of the data. "
+          "The best value so far is {}. Repeat the command with a larger --budget.",
+          phrase,
+          value_text(parameter)));
+    } else if (status == "tuned") {
       tuned.push_back(
           fmt::format("a {} of {} ({})", phrase, value_text(parameter), interval_words(parameter)));
     } else if (status == "at_bound") {
@@ -139,36 +132,29 @@ std::string agreement_sentence(const Json& agreement, const std::vector<std::str
                               ? fmt::format("The mean of {} simulations", count(seeds))
                               : std::string("The simulation");
   return fmt::format(
-      "{} lies inside the films' 95 % confidence interval for {} of all values ({} of every "
-      "particle in every frame), with Student's interval. In the thesis's form with 1.96 it is {}.",
+      "{} lies inside the 95 % interval of the replicates for {} of all values ({} of every "
+      "particle in every frame).",
       who,
-      percent(student),
-      joined(quantities),
-      percent(thesis));
+      percent(std::isfinite(student) ? student : thesis),
+      joined(quantities));
 }
 
 std::string yardstick_sentence(const Json& agreement) {
   const double ceiling = number(agreement, {"ceiling_percent_student_t"});
-  const double thesis_ceiling = number(agreement, {"ceiling_percent"});
   const double left_out = number(agreement, {"leave_one_out_percent_student_t"});
-  const double thesis_left_out = number(agreement, {"leave_one_out_percent"});
   const double seeds = number(agreement, {"seeds"});
   const double replicates = number(agreement, {"replicates"});
-  if (!std::isfinite(ceiling) && !std::isfinite(thesis_ceiling)) return "";
+  if (!std::isfinite(ceiling)) return "";
   const std::string next = std::isfinite(replicates)
                                ? ordinal(static_cast<int>(replicates) + 1) + " real replicate"
                                : std::string("further real replicate");
   return fmt::format(
       "Even a perfect model would not score 100 %, because the mean of {} replicates is uncertain. "
-      "A perfect model averaged over M = {} runs would score {} ({} in the thesis form). A {} "
-      "would score {} ({}).",
+      "A perfect model averaged over M = {} runs would score {} on average.{}",
       std::isfinite(replicates) ? count(replicates) : "few",
       count(seeds),
       percent(ceiling),
-      percent(thesis_ceiling),
-      next,
-      percent(left_out),
-      percent(thesis_left_out));
+      std::isfinite(left_out) ? fmt::format(" A {} would score {}.", next, percent(left_out)) : "");
 }
 
 // The score beside its ceiling and one more replicate. Two points are about fifteen of 750 values,
@@ -181,18 +167,18 @@ std::string standing_sentence(const Json& agreement) {
   if (!std::isfinite(score) || !std::isfinite(ceiling)) return "";
   if (score > ceiling + close_percent) {
     return fmt::format(
-        "The score is {} points above that ceiling. A perfect model would not be: either the "
-        "search fitted the chance mean of these replicates, or values that move together fell "
-        "inside together by chance.",
+        "The score is {} points above what a perfect model reaches on average. This is no "
+        "contradiction: the search fitted the mean of just these replicates, and values that move "
+        "together fall inside together.",
         decimal(score - ceiling, 1));
   }
   if (score > ceiling - close_percent)
-    return "The score is at its ceiling: the agreement shows no difference between simulation and "
-           "films.";
+    return "This is what a perfect model reaches: the agreement shows no difference between "
+           "simulation and films.";
   if (!std::isfinite(left_out) || score >= left_out) {
     return fmt::format(
-        "The score is {} points below its ceiling{}: simulation and films still differ. The ranks "
-        "and tracks below show where.",
+        "The score is {} points below that of a perfect model{}: simulation and films still "
+        "differ. The ranks and tracks below show where.",
         decimal(ceiling - score, 1),
         std::isfinite(left_out) ? " and above that of one more replicate" : "");
   }
@@ -204,13 +190,25 @@ std::string standing_sentence(const Json& agreement) {
 
 std::string single_run_sentence(const Json& agreement) {
   const double student = number(agreement, {"single_run_median_percent_student_t"});
-  const double thesis = number(agreement, {"single_run_median_percent"});
-  if (!std::isfinite(student) && !std::isfinite(thesis)) return "";
+  if (!std::isfinite(student)) return "";
   return fmt::format(
-      "One simulated run alone scores {} in the median ({} in the thesis form). Compare this, and "
-      "not the mean, with one more replicate.",
-      percent(student),
-      percent(thesis));
+      "One simulated run alone scores {} in the median. Compare this, and not the mean, with one "
+      "more replicate.",
+      percent(student));
+}
+
+const char* sign_of(datasets::Mark mark) {
+  switch (mark) {
+    case datasets::Mark::agrees:
+      return "\u2713";
+    case datasets::Mark::agrees_with_reservations:
+      return "!";
+    case datasets::Mark::does_not_agree:
+      return "\u2717";
+    case datasets::Mark::cannot_be_judged:
+      return "?";
+  }
+  return "";
 }
 
 // The stage of the run, and how much of it is done.
@@ -231,22 +229,25 @@ std::string progress_sentence(const Json& progress) {
 
 }  // namespace
 
+Json view_of(const datasets::Verdict& verdict) {
+  return {{"mark", datasets::words_of(verdict.mark)},
+          {"mark_class", datasets::name_of(verdict.mark)},
+          {"mark_sign", sign_of(verdict.mark)},
+          {"reason", verdict.reason},
+          {"next_step", datasets::next_words(verdict)}};
+}
+
 Json verdict_view(const RunData& data) {
-  if (data.is_under_way()) {
-    return {{"absence", progress_sentence(data.progress)},
-            {"tiles", Json::array()},
-            {"sentences", Json::array()},
-            {"warnings", nullptr}};
-  }
+  if (data.is_under_way()) return {{"absence", progress_sentence(data.progress)}};
   if (data.result.is_null()) {
     return {{"absence",
              std::filesystem::exists(data.folder.result())
                  ? "There is no verdict: result.json cannot be read."
-                 : "This run has no result yet: result.json is absent."},
-            {"tiles", Json::array()},
-            {"sentences", Json::array()},
-            {"warnings", nullptr}};
+                 : "This run has no result yet: result.json is absent."}};
   }
+  // Runs of older versions have none: it is made of the same data by the same rules
+  const auto stated = datasets::verdict_in(data.result);
+  const datasets::Verdict verdict = stated ? *stated : datasets::judge(data.result);
   const Json& agreement = at(data.result, {"agreement"});
   const Json& warnings = list(data.result, {"warnings"});
   std::vector<std::string> sentences = parameter_sentences(data);
@@ -267,12 +268,14 @@ Json verdict_view(const RunData& data) {
         "The same films served to find these values and to score them. Nothing was held out, so "
         "this is a calibration and not a validation.");
   }
-  return {{"absence", ""},
-          {"tiles", tiles(data)},
-          {"sentences", sentences},
-          {"status", text(data.result, {"status"})},
-          {"message", text(data.result, {"message"})},
-          {"warnings", warnings.empty() ? Json() : Json{{"warning_sentences", warnings}}}};
+  Json view = view_of(verdict);
+  view["tiles"] = tiles(data, verdict);
+  view["told"] = true;
+  view["sentences"] = sentences;
+  view["status"] = text(data.result, {"status"});
+  view["message"] = text(data.result, {"message"});
+  view["warnings"] = warnings.empty() ? Json() : Json{{"warning_sentences", warnings}};
+  return view;
 }
 
 }  // namespace graintruth::reports

@@ -115,7 +115,22 @@
   draw_all(figures);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw_all(figures));
   narrow.addEventListener("change", () => draw_all(figures));
-  // Paper is light, and narrower than most screens.
-  window.addEventListener("beforeprint", () => { root.classList.add("printing"); draw_all(figures); });
-  window.addEventListener("afterprint", () => { root.classList.remove("printing"); draw_all(figures); });
+  // What is folded has no width to be drawn in.
+  document.addEventListener("toggle", (event) => {
+    if (!event.target.open) return;
+    for (const figure of figures) if (event.target.contains(figure.canvas)) figure.draw().then(() => Plotly.Plots.resize(figure.canvas));
+  }, true);
+  // Paper is light, narrower than most screens, and nobody can unfold it.
+  let unfolded = [];
+  window.addEventListener("beforeprint", () => {
+    root.classList.add("printing");
+    unfolded = [...document.querySelectorAll("details:not([open])")];
+    for (const fold of unfolded) fold.open = true;
+    draw_all(figures);
+  });
+  window.addEventListener("afterprint", () => {
+    root.classList.remove("printing");
+    for (const fold of unfolded) fold.open = false;
+    draw_all(figures);
+  });
 })();

@@ -77,7 +77,7 @@ TEST_F(BrowserPage, DrawsEveryFigureWithoutComplaint) {
   write_report(folder_);
   const Visit seen = visit(folder_.report(), root_ / "browser");
   const int figures = figures_drawn(seen);
-  EXPECT_EQ(figures, 10);
+  EXPECT_EQ(figures, 12);
   EXPECT_NE(seen.document.find("data-figures-failed=\"0\""), std::string::npos);
   EXPECT_GE(tests::occurrences(seen.document, "class=\"main-svg\""), figures);
 }
@@ -142,7 +142,7 @@ TEST_F(BrowserPage, DrawsWhatThereIsWhenTablesAreAbsent) {
   write_report(folder_);
   const Visit seen = visit(folder_.report(), root_ / "browser");
   EXPECT_EQ(seen.console, "");
-  EXPECT_NE(seen.document.find("data-figures-drawn=\"3\""), std::string::npos);
+  EXPECT_NE(seen.document.find("data-figures-drawn=\"2\""), std::string::npos);
 }
 
 TEST_F(BrowserPage, DrawsTheFlowOutOfABin) {

@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -353,7 +355,7 @@ void write_search(const datasets::RunFolder& folder, Wobble& wobble) {
       const double excess = 0.0045 * i * i;
       const double allowed = i == 0 ? 0.0 : 0.03;
       profile.add({name,
-                   cell(centre + 0.02 * i),
+                   cell(centre + 0.008 * i),
                    cell(0.2389 + excess),
                    cell(excess),
                    cell(allowed),
@@ -378,6 +380,26 @@ Json compared(double orifice, bool held_out, double filmed, double simulated) {
           {"filmed_jams", jams},
           {"simulated_jams", jams},
           {"curve_inside", 0.95}};
+}
+
+// Distances of replicates from the simulated mean: the third lies three times as far as the others.
+void write_residuals(const datasets::RunFolder& folder, Wobble& wobble) {
+  Table residuals({"frame", "time_s", "particle", "quantity", "replicate", "residual"});
+  for (int r = 1; r <= 5; ++r) {
+    for (int f = 0; f < frames; f += 5) {
+      for (int p = 1; p <= particles; ++p) {
+        for (const auto& [name, scale] : {std::pair{"x", 0.002}, {"z", 0.002}, {"angle", 0.12}}) {
+          residuals.add({std::to_string(f),
+                         cell(0.2 * f),
+                         std::to_string(p),
+                         name,
+                         fmt::format("rep{}", r),
+                         cell((r == 3 ? 3.0 : 1.0) * scale * wobble.next())});
+        }
+      }
+    }
+  }
+  datasets::write_csv(folder.table("residuals"), residuals);
 }
 
 // Three stills of film and simulation.
@@ -506,6 +528,40 @@ std::string spoken(std::string page) {
   return page;
 }
 
+std::string visible_text(const std::string& page) {
+  std::string text;
+  int folds = 0;
+  bool is_summary = false;
+  for (std::size_t at = page.find("<body"); at < page.size();) {
+    if (page[at] != '<') {
+      if (folds == 0 || is_summary) text += page[at];
+      ++at;
+      continue;
+    }
+    const auto begins = [&](const char* tag) {
+      return page.compare(at, std::strlen(tag), tag) == 0;
+    };
+    if (begins("<script")) {
+      at = page.find("</script>", at);
+      if (at == std::string::npos) break;
+    }
+    if (begins("<details")) ++folds;
+    if (begins("</details")) --folds;
+    if (begins("<summary")) is_summary = folds == 1;
+    if (begins("</summary")) is_summary = false;
+    text += ' ';
+    at = page.find('>', at) + 1;
+  }
+  return text;
+}
+
+int words_in(const std::string& text) {
+  std::istringstream stream(text);
+  int count = 0;
+  for (std::string word; stream >> word;) ++count;
+  return count;
+}
+
 int occurrences(const std::string& text, const std::string& part) {
   int found = 0;
   for (auto place = text.find(part); place != std::string::npos; place = text.find(part, place + 1))
@@ -538,12 +594,13 @@ datasets::RunFolder write_fixture_run(const std::filesystem::path& root) {
   json["channels"].push_back(write_bands(folder, wobble));
   write_json(folder.result(), json);
   write_search(folder, wobble);
+  write_residuals(folder, wobble);
   return folder;
 }
 
 datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
   const datasets::RunFolder folder = write_fixture_run(root);
-  for (const char* name : {"agreement", "ranks", "bands"})
+  for (const char* name : {"agreement", "ranks", "bands", "residuals"})
     std::filesystem::remove(folder.table(name));
   write_flow(folder);
   return folder;
@@ -551,7 +608,7 @@ datasets::RunFolder write_fixture_flow_run(const std::filesystem::path& root) {
 
 datasets::RunFolder write_fixture_run_of_several(const std::filesystem::path& root) {
   const datasets::RunFolder folder = write_fixture_run(root);
-  for (const char* name : {"agreement", "ranks", "bands"})
+  for (const char* name : {"agreement", "ranks", "bands", "residuals"})
     std::filesystem::remove(folder.table(name));
   for (const auto& file : {folder.measured(), folder.tracking()}) std::filesystem::remove(file);
   Json json = result();

@@ -21,6 +21,11 @@ datasets::RunFolder write_fixture_run_of_several(const std::filesystem::path& ro
 // The page as a reader would type it: with ordinary spaces.
 std::string spoken(std::string page);
 
+// What a reader sees who unfolds nothing: the text of the body without scripts, the contents of
+// folds, and tags.
+std::string visible_text(const std::string& page);
+int words_in(const std::string& text);
+
 int occurrences(const std::string& text, const std::string& part);
 
 // An empty folder of its own for the running test, under the build's temporary folder.

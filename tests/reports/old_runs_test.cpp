@@ -58,10 +58,11 @@ TEST(OldRuns, OfBallsHaveTheirWholeReport) {
                       "time-step",
                       "films",
                       "method",
+                      "thesis",
                       "provenance"}));
   expect_words(page,
                {"a friction between particles of 0.14 (95 % interval 0.10 to 0.60)",
-                "95 % confidence interval for 63.9 % of all values (x, z and angle",
+                "95 % interval of the replicates for 63.9 % of all values (x, z and angle",
                 "test of separate models",
                 "replicate 5"});
   EXPECT_EQ(page.find("An older version of the program"), std::string::npos);
