@@ -39,4 +39,28 @@ std::vector<Filmed> films_of(const std::string& data_set,
   return films;
 }
 
+std::vector<Filmed> pale_films() {
+  const fs::path source = GRAINTRUTH_SOURCE_DIR;
+  const fs::path folder = source.parent_path() / "shared" / "lab-videos" / "micro-pale";
+  std::vector<Filmed> films;
+  if (!fs::exists(folder)) {
+    fmt::print("skipped: {} is not there\n", folder.string());
+    return films;
+  }
+  datasets::Experiment experiment =
+      datasets::load_experiment(source / "datasets" / "micro" / "experiment.toml");
+  experiment.replicates.resize(2);
+  for (datasets::Replicate& replicate : experiment.replicates) {
+    replicate.video = folder / replicate.video.filename();
+    replicate.name = "pale " + replicate.name;
+  }
+  for (const datasets::Replicate& replicate : experiment.replicates)
+    films.push_back({experiment,
+                     replicate,
+                     datasets::film_of(experiment, replicate),
+                     tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate),
+                                           replicate.video)});
+  return films;
+}
+
 }  // namespace graintruth::bench

@@ -22,4 +22,11 @@ std::vector<Filmed> films_of(const std::string& data_set,
                              const std::string& file,
                              const std::string& part);
 
+// The films of pale balls on pale ground, of the same rig as the bundled micro films, where the
+// shared data lie beside the repository; else none. Named "pale rep1" and so on.
+std::vector<Filmed> pale_films();
+
+// When the piston starts in all of them, s of film: frame 10 of 50 a second.
+constexpr double micro_event_s = 0.2;
+
 }  // namespace graintruth::bench
