@@ -68,6 +68,27 @@ TEST(LimbModel, IsNotDrawnInwardsByShading) {
   }
 }
 
+// An orange ball before grey of the same brightness, and a shadow's edge on it: only the hue tells.
+TEST(LimbModel, IsSeenByItsHueAndNotWhereAShadowEnds) {
+  const Eigen::Vector3f paint(1.0F, 0.5F, -0.6F), ground(90.0F, 0.0F, 0.0F);
+  constexpr double shadow = -3.0, edge = 0.3;  // px
+  RayProfile profile;
+  for (int i = 0; i < RayProfile::samples; ++i) {
+    const double t = (i - RayProfile::inside) * RayProfile::step;
+    const auto inside = [&](double blur) {
+      return static_cast<float>(0.5 * std::erfc((t - edge) / (blur * std::numbers::sqrt2)));
+    };
+    const auto light =
+        static_cast<float>(90.0 + 40.0 * std::erfc((t - shadow) / (1.2 * std::numbers::sqrt2)));
+    Eigen::Vector3f& colour = profile.colours[static_cast<std::size_t>(i)];
+    colour = inside(1.9) * light * paint + (1.0F - inside(1.9)) * ground;
+    colour[0] = inside(1.2) * light * paint[0] + (1.0F - inside(1.2)) * ground[0];
+  }
+  const LimbEdge found = LimbModel(24.0, 1.2, 1.9).locate(profile, 0.0, 2.75, 1.0);
+  ASSERT_TRUE(found.found);
+  EXPECT_NEAR(found.position, edge, 0.2);
+}
+
 TEST(LimbModel, IsLessSureWhereTheEdgeIsFaint) {
   const LimbModel model(24.0, 1.2, 1.9);
   const LimbEdge plain = model.locate(draw_ray(24.0, 0.0, 160, 40, 80, 1.2), 0.0, 1.25, 2.0);

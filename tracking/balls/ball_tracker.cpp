@@ -67,7 +67,7 @@ void BallTracker::find_first(const Picture& picture,
   view_.emplace(view_of(spec_, nominal_, camera, frame));
   const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
   const auto first = find_first_bodies(*view_, frame, image, film_.video.string(), summary);
-  follower_.emplace(*view_, first, image);
+  follower_.emplace(*view_, first, frame, image);
 }
 
 void BallTracker::follow(const Picture& picture) {
@@ -90,6 +90,7 @@ datasets::Trajectories BallTracker::finish(TrackingSummary& summary) {
        tracking::describe(find_clock_faults(out, pixel, summary.clock), summary.repeated_frames))
     summary.warn(std::move(sentence));
   judge(summary);
+  judge_bodies(summary);
   return out;
 }
 
@@ -102,6 +103,17 @@ void BallTracker::learn(int frames) {
       if (fit) list.push_back(*fit);
   }
   learned_ = learn_shapes(seen, view_->shape);
+  clip_.resize(tracks_.size(), std::vector<ClipPose>(static_cast<std::size_t>(frames)));
+  if (!view_->shape.shows_angle()) return;
+  Clip clip = solve_clip(*view_, tracks_, follower_->grids(), follower_->pictures());
+  clip_ = std::move(clip.poses);
+  checks_ = std::move(clip.checks);
+  for (std::size_t body = 0; body < tracks_.size(); ++body) {
+    learned_.bodies[body].shape = clip.learned.bodies[body].shape;
+    learned_.bodies[body].radius_difference = clip.learned.bodies[body].radius_difference;
+  }
+  clip.learned.bodies = std::move(learned_.bodies);
+  learned_ = std::move(clip.learned);
 }
 
 // Every pose with the sizes learned, joined with what the balls' textures tell, and its
@@ -113,33 +125,16 @@ datasets::Trajectories BallTracker::solve_poses(double zero, TrackingSummary& su
       datasets::make_trajectories(static_cast<std::size_t>(frames), count, true);
   for (std::size_t k = 0; k < out.frames(); ++k)
     out.time[k] = summary.clock.moments[k] / spec_.camera.frame_rate - zero;
-  // Real balls differ: masses go with r^3, so the centre of mass moves along the axis by 3/4 of the
-  // separation times the relative difference of the two radii.
-  const double mass_shift =
-      0.75 * view_->shape.separation * learned_.radius_difference / learned_.radius_mean;
-  std::vector<BodyWitness> witnesses;
-  for (std::size_t body = 0; body < tracks_.size(); ++body) {
-    BodyWitness& witness = witnesses.emplace_back();
-    witness.shape = learned_.bodies[body].shape;
-    witness.grids = follower_->grids();
-    for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
-      const auto& fit = tracks_[body].fits[k];
-      WitnessedPose& pose = witness.outline.emplace_back();
-      if (!fit) continue;
-      const SolvedPose solved = solve_pose(*fit, learned_.bodies[body]);
-      pose = {solved.pose, solved.covariance};
-    }
-    for (std::size_t ball = 0; ball < 2; ++ball) {
-      witness.patches[ball] = std::move(tracks_[body].textures[ball]);
-      witness.patches[ball].resize(static_cast<std::size_t>(frames));
-    }
-  }
-  const auto joined = join_witnesses(witnesses);
   std::vector<double> position_sigmas, angle_sigmas;
   double score_sum = 0.0;
   int worst = frames;
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
     int detections = 0;
+    std::vector<double> own_sigmas;
+    // Real balls differ: masses go with r^3, so the centre of mass moves along the axis by 3/4 of
+    // the separation times the relative difference of the two radii.
+    const double mass_shift = 0.75 * view_->shape.separation *
+                              learned_.bodies[body].radius_difference / learned_.radius_mean;
     for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
       const auto& fit = tracks_[body].fits[k];
       if (!fit) {
@@ -147,7 +142,11 @@ datasets::Trajectories BallTracker::solve_poses(double zero, TrackingSummary& su
         continue;
       }
       ++detections;
-      const WitnessedPose& solved = joined[body][k];
+      ClipPose solved = clip_[body][k];
+      if (!solved.found) {
+        const SolvedPose outline = solve_pose(*fit, learned_.bodies[body]);
+        solved = {true, outline.pose, outline.covariance};
+      }
       Eigen::Matrix3d covariance = solved.covariance;
       covariance.topLeftCorner<2, 2>() +=
           view_->camera.calibration.point_covariance(solved.pose.x, solved.pose.z);
@@ -162,8 +161,10 @@ datasets::Trajectories BallTracker::solve_poses(double zero, TrackingSummary& su
       out.scores[i] = fit->support;
       score_sum += fit->support;
       position_sigmas.push_back(std::sqrt(0.5 * (covariance(0, 0) + covariance(1, 1))));
+      own_sigmas.push_back(position_sigmas.back());
       angle_sigmas.push_back(out.sigmas[i].angle);
     }
+    sigmas_.push_back(median(std::move(own_sigmas), nan));
     summary.detections += detections;
     worst = std::min(worst, detections);
   }
@@ -215,6 +216,55 @@ void BallTracker::judge(TrackingSummary& summary) const {
   }
 }
 
+// Where the witnesses of one body disagree more than those of the others: its errors were widened
+// by it, and who uses its track must know.
+void BallTracker::judge_bodies(TrackingSummary& summary) const {
+  constexpr double unusual = 3.0;  // times what is usual in this film
+  std::vector<double> wanders, ratios, sigmas;
+  const auto ratio_of = [](const BodyCheck& check) {
+    return check.outline_usual > 0.0 ? check.outline_left / check.outline_usual : 0.0;
+  };
+  for (std::size_t body = 0; body < checks_.size(); ++body) {
+    if (!(sigmas_[body] > 0.0)) continue;  // never seen
+    wanders.push_back(checks_[body].paint_wander);
+    ratios.push_back(ratio_of(checks_[body]));
+    sigmas.push_back(sigmas_[body]);
+  }
+  const double usual_wander = median(wanders), usual_ratio = median(ratios);
+  const double usual_sigma = median(sigmas);
+  for (std::size_t body = 0; body < checks_.size(); ++body) {
+    if (!(sigmas_[body] > 0.0)) continue;
+    const BodyCheck& check = checks_[body];
+    const double sigma_mm = 1.0e3 * sigmas_[body], ratio = ratio_of(check);
+    if (ratio > unusual * usual_ratio)
+      summary.warn(fmt::format(
+          "Particle {}: the sides of its outline disagree by {:.2f} px, where {:.2f} px are usual "
+          "in this film. A shadow or a neighbour may look like its edge. Its uncertainty contains "
+          "it: {:.2f} mm.",
+          body + 1,
+          check.outline_left,
+          usual_ratio * check.outline_usual,
+          sigma_mm));
+    if (check.paint_wander > unusual * usual_wander)
+      summary.warn(fmt::format(
+          "Particle {}: what its two balls show moves apart by {:.2f} px between frames, where "
+          "{:.2f} px are usual in this film, though they are rigid. Its uncertainty contains it: "
+          "{:.2f} mm.",
+          body + 1,
+          check.paint_wander,
+          usual_wander,
+          sigma_mm));
+    if (sigmas_[body] > unusual * usual_sigma)
+      summary.warn(
+          fmt::format("Particle {} hardly stands out from what lies behind it: its place is known "
+                      "to {:.2f} mm, "
+                      "those of most others to {:.2f} mm.",
+                      body + 1,
+                      sigma_mm,
+                      1.0e3 * usual_sigma));
+  }
+}
+
 void BallTracker::draw(cv::Mat& picture, const Camera& camera, const DrawnBody& body) const {
   const BodyShape& shape =
       body.filled || learned_.bodies.empty() ? nominal_ : learned_.bodies[body.particle].shape;
@@ -253,6 +303,22 @@ void BallTracker::describe(nlohmann::ordered_json& film) const {
   film["separation_learned_mm"] = 1.0e3 * learned_.separation_mean;
   film["separation_nominal_mm"] = 1.0e3 * nominal_.separation;
   film["separation_spread_mm"] = 1.0e3 * learned_.separation_spread;
+  for (std::size_t body = 0; body < checks_.size(); ++body) {
+    const BodyCheck& check = checks_[body];
+    const BodyShape& shape = learned_.bodies[body].shape;
+    const Eigen::Vector3f& colour = tracks_[body].colour;
+    film["bodies"].push_back({{"particle", body + 1},
+                              {"brightness", colour[0]},
+                              {"redness", colour[1]},
+                              {"blueness", colour[2]},
+                              {"radii_mm", {1.0e3 * shape.radius[0], 1.0e3 * shape.radius[1]}},
+                              {"separation_mm", 1.0e3 * shape.separation},
+                              {"position_sigma_mm", 1.0e3 * sigmas_[body]},
+                              {"outline_left_px", check.outline_left},
+                              {"outline_usual_px", check.outline_usual},
+                              {"outline_sides_seen", check.sides},
+                              {"paint_wander_px", check.paint_wander}});
+  }
 }
 
 std::unique_ptr<ParticleTracker> make_ball_tracker(const datasets::TrackingSpec& spec,

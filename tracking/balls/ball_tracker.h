@@ -8,6 +8,7 @@
 
 #include "tracking/balls/body_follower.h"
 #include "tracking/balls/learn.h"
+#include "tracking/balls/whole_clip.h"
 #include "tracking/particle_tracker.h"
 
 namespace graintruth::tracking {
@@ -33,6 +34,7 @@ class BallTracker : public ParticleTracker {
   void learn(int frames);
   datasets::Trajectories solve_poses(double zero, TrackingSummary& summary);
   void judge(TrackingSummary& summary) const;
+  void judge_bodies(TrackingSummary& summary) const;
 
   datasets::TrackingSpec spec_;
   datasets::Film film_;
@@ -42,6 +44,9 @@ class BallTracker : public ParticleTracker {
   std::optional<BodyFollower> follower_;
   std::vector<BodyTrack> tracks_;
   Learned learned_;
+  std::vector<std::vector<ClipPose>> clip_;  // of pairs; one list a body, one entry a frame
+  std::vector<BodyCheck> checks_;            // of pairs; one a body
+  std::vector<double> sigmas_;               // m, one a body: median of its positions, per axis
 };
 
 // Nothing where the body is none of balls.

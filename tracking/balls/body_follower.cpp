@@ -17,14 +17,22 @@ constexpr double degree = std::numbers::pi / 180.0;
 // is less, it is lost.
 constexpr double kept_support = 0.8;
 
+// Paint that has less than half of its variance in common with what was seen before tells nothing.
+constexpr double least_likeness = 0.7;
+
 }  // namespace
 
 double BodyTrack::lost_support() const {
   return std::clamp(kept_support * support, hidden_support, clutter_support);
 }
 
+double BodyTrack::lost_likeness() const {
+  return std::max(kept_support * likeness, least_likeness);
+}
+
 BodyFollower::BodyFollower(const FilmView& view,
                            const std::vector<std::optional<BodyFit>>& first,
+                           const cv::Mat& frame,
                            const EdgeImage& image)
     : view_(view), tracks_(first.size()) {
   if (view_.shape.shows_angle()) {
@@ -35,6 +43,7 @@ BodyFollower::BodyFollower(const FilmView& view,
     if (first[body]) accept(tracks_[body], *first[body], 0);
   }
   keep_textures(image, 0);
+  keep_picture(frame, 0);
 }
 
 std::vector<BodyTrack> BodyFollower::take_tracks(int frames) {
@@ -78,6 +87,11 @@ void BodyFollower::accept(BodyTrack& track, const BodyFit& fit, int number) {
   track.fits.push_back(fit);
   track.last = fit.pose;
   track.unseen = 0;
+  for (std::size_t lag = 0; lag < fit.autocovariance.size(); ++lag) {
+    constexpr double kept = 0.9;
+    track.ray_covariance[lag] = kept * track.ray_covariance[lag] + fit.autocovariance[lag];
+    track.ray_pairs[lag] = kept * track.ray_pairs[lag] + fit.pairs[lag];
+  }
   track.support = track.known ? 0.9 * track.support + 0.1 * fit.support : fit.support;
   // Light changes along the way: the colour is remembered for about fifty frames.
   track.colour =
@@ -98,28 +112,42 @@ void BodyFollower::follow(const cv::Mat& frame, int number) {
   std::vector<BodyFit> fits(tracks_.size());
   std::vector<BodyPose> predicted;
   for (const BodyTrack& track : tracks_) predicted.push_back(track.last);
+  // The paint first: it knows its body apart from neighbours and ground
+  std::vector<std::optional<PaintFit>> paints(tracks_.size());
+  for (std::size_t body = 0; body < tracks_.size(); ++body) {
+    if (!tracks_[body].known) continue;
+    paints[body] = see_paint(image, tracks_[body]);
+    if (paints[body]) tracks_[body].last = paints[body]->pose;
+  }
   for (int sweep = 0; sweep < 2; ++sweep) {
     for (std::size_t body = 0; body < tracks_.size(); ++body) {
       BodyTrack& track = tracks_[body];
       if (!track.known) continue;
       const double radius_px =
           view_.lens().scale(track.last.x, track.last.z) * view_.shape.radius[0];
-      const RefineOptions refine{.window_px = std::max(2.5, (sweep == 0 ? 0.18 : 0.1) * radius_px),
-                                 .iterations = sweep == 0 ? 3 : 1,
-                                 .noise = view_.edge_noise,
-                                 .limb = sweep == 0 ? nullptr : &*view_.limb};
+      RefineOptions refine{.window_px = std::max(2.5, (sweep == 0 ? 0.18 : 0.1) * radius_px),
+                           .iterations = sweep == 0 ? 3 : 1,
+                           .noise = view_.edge_noise,
+                           .limb = sweep == 0 ? nullptr : &*view_.limb};
+      if (const auto& paint = paints[body]) {
+        refine.known = {paint->pose, paint->information};
+        refine.ray_variance = ray_variance(track.ray_covariance, track.ray_pairs);
+      }
       fits[body] =
           refine_body(image, view_.lens(), view_.shape, track.last, surroundings_of(body), refine);
-      if (fits[body].support >= track.lost_support()) track.last = fits[body].pose;
+      if (paints[body] || fits[body].support >= track.lost_support()) track.last = fits[body].pose;
     }
   }
-  // 3. Who was lost: no outline there, too far from where it could be, or inside another body
+  // 3. Who was lost: neither outline nor paint there, too far from where it could be, or inside
+  // another body
   std::vector<std::size_t> lost;
   for (std::size_t body = 0; body < tracks_.size(); ++body) {
-    bool is_lost = !tracks_[body].known || fits[body].support < tracks_[body].lost_support() ||
-                   fits[body].visible < 0.08;
-    for (std::size_t other = 0; other < tracks_.size() && !is_lost; ++other) {
-      if (other != body && tracks_[other].known && fits[other].support >= fits[body].support &&
+    bool is_lost = !tracks_[body].known ||
+                   (!paints[body] && (fits[body].support < tracks_[body].lost_support() ||
+                                      fits[body].visible < 0.08));
+    for (std::size_t other = 0; other < tracks_.size() && !is_lost && !paints[body]; ++other) {
+      if (other != body && tracks_[other].known &&
+          (paints[other] || fits[other].support >= fits[body].support) &&
           overlap(fits[body].pose, fits[other].pose, view_.shape))
         is_lost = true;
     }
@@ -127,12 +155,41 @@ void BodyFollower::follow(const cv::Mat& frame, int number) {
       lost.push_back(body);
       tracks_[body].last = predicted[body];
     } else {
+      if (paints[body]) {
+        double& likeness = tracks_[body].likeness;
+        likeness = 0.9 * likeness + 0.1 * paints[body]->likeness;
+      }
       accept(tracks_[body], fits[body], number);
     }
   }
   if (!lost.empty()) recover(frame, number, lost);
   // 4. What the balls show
   keep_textures(image, number);
+  keep_picture(frame, number);
+}
+
+// Every one at first; every second of them when they become too many, and so on.
+void BodyFollower::keep_picture(const cv::Mat& frame, int number) {
+  if (!view_.shape.shows_angle() || number % stride_ != 0) return;
+  constexpr std::size_t most = 64;
+  if (pictures_.size() >= most) {
+    stride_ *= 2;
+    std::erase_if(pictures_, [&](const KeptPicture& kept) { return kept.number % stride_ != 0; });
+    if (number % stride_ != 0) return;
+  }
+  const cv::Rect region = working_region() & cv::Rect({}, frame.size());
+  pictures_.push_back({number, frame(region).clone(), region.tl(), view_.surroundings().walls});
+}
+
+std::optional<PaintFit> BodyFollower::see_paint(const EdgeImage& image,
+                                                const BodyTrack& track) const {
+  if (!view_.shape.shows_angle()) return std::nullopt;
+  PaintFit fit = fit_paint(image, view_.lens(), view_.shape, track.last, grids_, track.paint);
+  // Further than a predicted body can be off, it found somebody else's paint
+  const double off = std::hypot(fit.pose.x - track.last.x, fit.pose.z - track.last.z);
+  if (!fit.found || fit.likeness < track.lost_likeness() || off > 0.5 * view_.shape.radius[0])
+    return std::nullopt;
+  return fit;
 }
 
 // A single ball may roll: what it shows moves and turns in ways that the outline does not tell, and
@@ -147,6 +204,8 @@ void BodyFollower::keep_textures(const EdgeImage& image, int number) {
         track.textures[ball][frame] =
             sample_texture(image, view_.lens(), view_.shape, track.fits[frame]->pose, grids_[ball]);
     }
+    // Light changes along the way: looks are remembered for about fifty frames
+    track.paint.learn({track.textures[0][frame], track.textures[1][frame]}, 0.02F);
   }
 }
 

@@ -146,7 +146,9 @@ void learn_sizes(FilmView& view, const EdgeImage& image, std::vector<BodyFit>& b
           std::clamp(median(separations, nan) / view.shape.separation, 0.9, 1.1);
     if (pass == 1) {
       ObservedLimbs observed;
-      for (std::size_t i = 0; i < bodies.size(); ++i)
+      std::vector<std::size_t> firsts;  // of each body's profiles
+      for (std::size_t i = 0; i < bodies.size(); ++i) {
+        firsts.push_back(observed.profiles.size());
         observe_limbs(image,
                       view.lens(),
                       view.shape,
@@ -154,10 +156,13 @@ void learn_sizes(FilmView& view, const EdgeImage& image, std::vector<BodyFit>& b
                       surroundings_among(i),
                       options_at(bodies[i].pose),
                       observed);
+      }
+      firsts.push_back(observed.profiles.size());
       const BodyPose& any = bodies.front().pose;
       view.limb.emplace(learn_limb_model(view.lens().scale(any.x, any.z) * view.shape.radius[0],
                                          observed.profiles,
-                                         observed.edges));
+                                         observed.edges,
+                                         learn_black(observed.profiles, firsts)));
     }
     std::vector<BodyFit> refitted;
     for (std::size_t i = 0; i < bodies.size(); ++i)

@@ -85,13 +85,7 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
         pairs[lag] += fit.pairs[lag];
       }
     }
-    const double variance = pairs[0] > 0.0 ? covariance[0] / pairs[0] : 0.1;
-    double inflation = 1.0;
-    for (std::size_t lag = 1; lag < 4; ++lag) {
-      if (pairs[lag] > 0.0)
-        inflation += 2.0 * std::max(0.0, covariance[lag] / pairs[lag] / variance);
-    }
-    body.ray_variance_px2 = variance * inflation;
+    body.ray_variance_px2 = ray_variance(covariance, pairs);
 
     // 2. Radii: information about the radius left when the centre is free
     for (std::size_t ball = 0; ball < nominal.balls; ++ball) {
@@ -156,7 +150,7 @@ Learned learn_shapes(const std::vector<std::vector<BodyFit>>& fits, const BodySh
         (body.shape.radius[1] - body.shape.radius[0]) - (nominal.radius[1] - nominal.radius[0]);
     difference_square += difference * difference / static_cast<double>(learned.bodies.size());
   }
-  learned.radius_difference = std::sqrt(difference_square);
+  for (LearnedShape& body : learned.bodies) body.radius_difference = std::sqrt(difference_square);
   learned.separation_spread = spread_of(separations, learned.separation_mean);
   return learned;
 }

@@ -15,13 +15,14 @@ struct LearnedShape {
   // shade and compression do what single rays do not know; less where errors of neighbouring rays
   // are shared by both balls or lie across the axis.
   double excess = 1.0;
+  // m, rms: by how much ball 2 may be larger than ball 1 beyond what is stated. Paint cancels in
+  // it.
+  double radius_difference = 0.0;
 };
 
 struct Learned {
   std::vector<LearnedShape> bodies;
-  double radius_mean = 0.0, radius_spread = 0.0;  // m, over balls
-  double radius_difference =
-      0.0;  // m, rms between the two balls of a body beyond the nominal; paint cancels in it
+  double radius_mean = 0.0, radius_spread = 0.0;          // m, over balls
   double separation_mean = 0.0, separation_spread = 0.0;  // m, over bodies; 0 for single balls
 };
 

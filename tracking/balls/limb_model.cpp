@@ -37,8 +37,11 @@ double blurred_limb(double t, double blur, double radius) {
 
 }  // namespace
 
-LimbModel::LimbModel(double radius_px, double brightness_blur_px, double colour_blur_px)
-    : blur_px_{brightness_blur_px, colour_blur_px} {
+LimbModel::LimbModel(double radius_px,
+                     double brightness_blur_px,
+                     double colour_blur_px,
+                     double black)
+    : blur_px_{brightness_blur_px, colour_blur_px}, black_(static_cast<float>(black)) {
   bases_.resize(2 * (RayProfile::samples - least_usable + 1) * positions);
   for (int part = 0; part < 2; ++part) {
     const double blur = blur_px_[static_cast<std::size_t>(part)];
@@ -47,18 +50,19 @@ LimbModel::LimbModel(double radius_px, double brightness_blur_px, double colour_
       Eigen::Matrix<double, 3, RayProfile::samples> all;
       for (int i = 0; i < RayProfile::samples; ++i) {
         const double t = (i - RayProfile::inside) * RayProfile::step - edge;
-        all.col(i) << 1.0, blurred_step(t, blur), blurred_limb(t, blur, radius_px);
+        const double covered = blurred_step(t, blur);
+        all.col(i) << 1.0 - covered, covered, blurred_limb(t, blur, radius_px);
       }
       for (int usable = least_usable; usable <= RayProfile::samples; ++usable) {
-        // Gram-Schmidt over the usable samples
         Eigen::Matrix<double, 3, RayProfile::samples> rows = all;
         rows.rightCols(RayProfile::samples - usable).setZero();
-        for (int r = 0; r < 3; ++r) {
-          for (int pass = 0; pass < 2; ++pass)
-            for (int q = 0; q < r; ++q) rows.row(r) -= rows.row(r).dot(rows.row(q)) * rows.row(q);
-          rows.row(r).normalize();
-        }
-        bases_[index_of(part, usable, position)] = rows.cast<float>();
+        // What lies behind is free: the ball is seen in what that does not explain
+        rows.row(0).normalize();
+        for (int pass = 0; pass < 2; ++pass)
+          for (int r = 1; r < 3; ++r) rows.row(r) -= rows.row(r).dot(rows.row(0)) * rows.row(0);
+        Basis& basis = bases_[index_of(part, usable, position)];
+        basis.rows = rows.cast<float>();
+        basis.products = rows.bottomRows<2>() * rows.bottomRows<2>().transpose();
       }
     }
   }
@@ -69,31 +73,58 @@ std::size_t LimbModel::index_of(int part, int usable, int position) {
   return static_cast<std::size_t>((part * lengths + usable - least_usable) * positions + position);
 }
 
-LimbModel::Scan LimbModel::scan(const RayProfile& profile, double start, double reach) const {
+LimbModel::Range LimbModel::range(double start, double reach) {
   const auto position_of = [](double px) {
     return std::clamp(
         static_cast<int>(std::lround((px + most_px) * positions_per_px)), 0, positions - 1);
   };
-  Scan result{.first = position_of(start - reach), .last = position_of(start + reach)};
-  Eigen::Matrix<float, RayProfile::samples, 3> colours;
-  const Eigen::Vector3f origin = profile.colours[RayProfile::inside];
-  for (int i = 0; i < RayProfile::samples; ++i) {
-    if (i < profile.usable)
-      colours.row(i) = (profile.colours[static_cast<std::size_t>(i)] - origin).transpose();
-    else
-      colours.row(i).setZero();
+  return {position_of(start - reach), position_of(start + reach)};
+}
+
+LimbModel::Samples LimbModel::samples_of(const RayProfile& profile) const {
+  Samples samples;
+  samples.usable = profile.usable;
+  samples.colours.setZero();
+  for (int i = 0; i < profile.usable; ++i) {
+    samples.colours.row(i) = profile.colours[static_cast<std::size_t>(i)].transpose();
+    samples.colours(i, 0) -= black_;
   }
-  const float brightness = colours.col(0).squaredNorm();
-  const float colour = colours.rightCols<2>().squaredNorm();
-  for (int p = result.first; p <= result.last; ++p) {
-    const auto k = static_cast<std::size_t>(p);
-    result.misfit[0][k] =
-        brightness -
-        bases_[index_of(0, profile.usable, p)].lazyProduct(colours.col(0)).squaredNorm();
-    result.misfit[1][k] =
-        colour -
-        bases_[index_of(1, profile.usable, p)].lazyProduct(colours.rightCols<2>()).squaredNorm();
+  // Its own paint: as deep inside as the ray reaches, out to where blur mixes it with the ground
+  constexpr int deep = RayProfile::inside / 2 + 1;
+  samples.paint = samples.colours.topRows<deep>().colwise().mean().transpose().cast<double>();
+  return samples;
+}
+
+LimbModel::Misfit LimbModel::misfit(const Samples& samples,
+                                    int position,
+                                    const std::array<double, 2>& weights) const {
+  Misfit result;
+  std::array<Eigen::Matrix<double, 2, 1>, 3> seen;
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  std::array<double, 3> square;
+  for (int c = 0; c < 3; ++c) {
+    const int part = c == 0 ? 0 : 1;
+    const Basis& basis = bases_[index_of(part, samples.usable, position)];
+    const Eigen::Vector3f products = basis.rows.lazyProduct(samples.colours.col(c));
+    const auto channel = static_cast<std::size_t>(c);
+    square[channel] = samples.square[channel] - static_cast<double>(products[0]) * products[0];
+    seen[channel] = products.tail<2>().cast<double>();
+    const double weight = weights[static_cast<std::size_t>(part)], paint = samples.paint[c];
+    normal += weight * paint * paint * basis.products;
+    right += weight * paint * seen[channel];
   }
+  normal.diagonal().array() += 1.0e-9 * (1.0 + normal.trace());
+  const Eigen::Vector2d shade = normal.inverse() * right;
+  for (int c = 0; c < 3; ++c) {
+    const int part = c == 0 ? 0 : 1;
+    const Basis& basis = bases_[index_of(part, samples.usable, position)];
+    const auto channel = static_cast<std::size_t>(c);
+    const Eigen::Vector2d own = samples.paint[c] * shade;
+    result.parts[static_cast<std::size_t>(part)] +=
+        square[channel] - 2.0 * own.dot(seen[channel]) + own.dot(basis.products * own);
+  }
+  result.total = weights[0] * result.parts[0] + weights[1] * result.parts[1];
   return result;
 }
 
@@ -103,29 +134,39 @@ LimbEdge LimbModel::locate(const RayProfile& profile,
                            double noise) const {
   LimbEdge edge;
   if (profile.usable < least_usable) return edge;
-  const auto [first, last, misfit] = scan(profile, start, reach);
-  // Each part in units of its own noise: what its best edge leaves, or the camera's. White noise
+  const Range tried = range(start, reach);
+  Samples samples = samples_of(profile);
+  for (int c = 0; c < 3; ++c)
+    samples.square[static_cast<std::size_t>(c)] = samples.colours.col(c).squaredNorm();
+  std::array<double, positions> total;
+  const auto best_with = [&](const std::array<double, 2>& weights, Misfit& least) {
+    int best = tried.first;
+    for (int p = tried.first; p <= tried.last; ++p) {
+      const Misfit here = misfit(samples, p, weights);
+      total[static_cast<std::size_t>(p)] = here.total;
+      if (p > tried.first && here.total >= least.total) continue;
+      least = here;
+      best = p;
+    }
+    return best;
+  };
+  // Each part in units of its own noise: what the best edge leaves, or the camera's. White noise
   // smoothed by a Gaussian of width s has 1/(2 sqrt(pi) s) independent values a pixel; samples are
   // closer than that.
-  std::array<double, 2> scale;
+  Misfit least;
+  best_with({1.0, 1.0}, least);
+  std::array<double, 2> weights;
   for (std::size_t part = 0; part < 2; ++part) {
-    const double least =
-        *std::min_element(misfit[part].begin() + first, misfit[part].begin() + last + 1);
     const double freedom = (part + 1.0) * (profile.usable - 4);
     const double independent =
         std::min(1.0, RayProfile::step / (2.0 * std::sqrt(std::numbers::pi) * smoothing_px[part]));
-    scale[part] = independent / std::max(least / freedom, 0.25 * noise * noise);
+    weights[part] = independent / std::max(least.parts[part] / freedom, 0.25 * noise * noise);
   }
-  const auto total = [&, &misfit = misfit](int p) {
-    const auto k = static_cast<std::size_t>(p);
-    return scale[0] * misfit[0][k] + scale[1] * misfit[1][k];
-  };
-  int best = first;
-  for (int p = first; p <= last; ++p)
-    if (total(p) < total(best)) best = p;
-  if (best == first || best == last) return edge;
+  const int best = best_with(weights, least);
+  if (best == tried.first || best == tried.last) return edge;
   // chi^2 = least + (t - edge)^2 / variance
-  const double before = total(best - 1), here = total(best), after = total(best + 1);
+  const auto at = [&](int p) { return total[static_cast<std::size_t>(p)]; };
+  const double before = at(best - 1), here = at(best), after = at(best + 1);
   const double curvature = before - 2.0 * here + after;
   if (!(curvature > 0.0)) return edge;
   edge.found = true;
@@ -137,21 +178,66 @@ LimbEdge LimbModel::locate(const RayProfile& profile,
 std::array<double, 2> LimbModel::misfits(const RayProfile& profile,
                                          double start,
                                          double reach) const {
-  const auto [first, last, misfit] = scan(profile, start, reach);
-  std::array<double, 2> least;
-  for (std::size_t part = 0; part < 2; ++part)
-    least[part] = *std::min_element(misfit[part].begin() + first, misfit[part].begin() + last + 1);
+  const Range tried = range(start, reach);
+  const Samples samples = samples_of(profile);
+  std::array<double, 2> least = {1.0e300, 1.0e300};
+  for (int p = tried.first; p <= tried.last; ++p) {
+    std::array<double, 2> here = {};
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t part = c == 0 ? 0 : 1;
+      const Basis& basis = bases_[index_of(static_cast<int>(part), samples.usable, p)];
+      const Eigen::Vector3d seen = basis.rows.lazyProduct(samples.colours.col(c)).cast<double>();
+      here[part] += samples.colours.col(c).squaredNorm() - seen[0] * seen[0] -
+                    seen.tail<2>().dot(basis.products.inverse() * seen.tail<2>());
+    }
+    for (std::size_t part = 0; part < 2; ++part) least[part] = std::min(least[part], here[part]);
+  }
   return least;
+}
+
+double learn_black(const std::vector<RayProfile>& profiles,
+                   const std::vector<std::size_t>& firsts) {
+  // Squared distance of the colours from lines through `black`, each body its own
+  const auto misfit = [&](double black) {
+    double sum = 0.0;
+    for (std::size_t body = 0; body + 1 < firsts.size(); ++body) {
+      double light = 0.0;
+      Eigen::Vector2d colour = Eigen::Vector2d::Zero(), both = Eigen::Vector2d::Zero();
+      for (std::size_t i = firsts[body]; i < firsts[body + 1]; ++i) {
+        for (int k = 0; k < RayProfile::inside / 2 + 1; ++k) {
+          const Eigen::Vector3d seen =
+              profiles[i].colours[static_cast<std::size_t>(k)].cast<double>();
+          light += (seen[0] - black) * (seen[0] - black);
+          both += (seen[0] - black) * seen.tail<2>();
+          colour += seen.tail<2>().cwiseProduct(seen.tail<2>());
+        }
+      }
+      if (light > 0.0) sum += (colour - both.cwiseProduct(both) / light).sum();
+    }
+    return sum;
+  };
+  constexpr double lowest = -255.0, highest = 510.0, stride = 5.0;
+  double best = 0.0, least = misfit(0.0);
+  const double usual = least;
+  for (double black = lowest; black <= highest; black += stride) {
+    const double here = misfit(black);
+    if (here >= least) continue;
+    least = here;
+    best = black;
+  }
+  constexpr double clearly = 1.5;
+  return usual > clearly * least ? best : 0.0;
 }
 
 LimbModel learn_limb_model(double radius_px,
                            const std::vector<RayProfile>& profiles,
-                           const std::vector<double>& starts) {
+                           const std::vector<double>& starts,
+                           double black) {
   constexpr double least_blur = 0.8, most_blur = 2.4, stride = 0.1;  // px
   constexpr double reach = 1.25;                                     // px
   std::array<double, 2> best_blur = {1.1, 1.6}, best = {1.0e300, 1.0e300};
   for (double blur = least_blur; blur < most_blur; blur += stride) {
-    const LimbModel model(radius_px, blur, blur);
+    const LimbModel model(radius_px, blur, blur, black);
     // Logarithms: no single ray across a shadow or a numeral decides.
     std::array<double, 2> sum = {};
     for (std::size_t i = 0; i < profiles.size(); ++i) {
@@ -166,7 +252,7 @@ LimbModel learn_limb_model(double radius_px,
       best_blur[part] = blur;
     }
   }
-  return {radius_px, best_blur[0], best_blur[1]};
+  return {radius_px, best_blur[0], best_blur[1], black};
 }
 
 }  // namespace graintruth::tracking

@@ -13,8 +13,6 @@ namespace {
 // An edge is this many times the camera's noise.
 constexpr double least_edge = 4.0;
 
-constexpr int rays_per_ball = 72;  // one in 5 degrees: about every 2 px on a ball of 48 px
-
 // Where an edge crosses a ray.
 struct RayHit {
   bool eligible = false;  // the ray looks at this body's own outline and nothing else
@@ -106,10 +104,34 @@ void find_edge(const EdgeImage& image,
   if (seen != nullptr) *seen = profile;
   if (limb == nullptr) return;
   hit.placed = false;
-  constexpr double reach = 1.25;  // px
-  const LimbEdge edge = limb->locate(profile, hit.displacement, reach, noise);
+  const LimbEdge edge = limb->locate(profile, 0.0, window, noise);
   hit.placed = edge.found;
   if (!edge.found) return;
+  hit.displacement = edge.position;
+  hit.variance = edge.variance;
+}
+
+// The limb itself, within `reach` of the expected outline: for poses that are known well enough.
+void find_limb(const EdgeImage& image,
+               const Eigen::Vector2d& expected,
+               const Eigen::Vector2d& normal,
+               double outward,
+               const LimbModel& limb,
+               double reach,
+               double noise,
+               RayHit& hit) {
+  constexpr double step = RayProfile::step;
+  if (!image.contains(expected, RayProfile::inside * step + 2.0)) return;
+  RayProfile profile;
+  profile.usable =
+      std::min(RayProfile::samples, RayProfile::inside + 1 + static_cast<int>(outward / step));
+  for (int i = 0; i < std::min(profile.usable, RayProfile::samples); ++i) {
+    const Eigen::Vector2d pixel = expected + (i - RayProfile::inside) * step * normal;
+    if (image.is_saturated(pixel)) return;
+    profile.colours[static_cast<std::size_t>(i)] = image.at(pixel);
+  }
+  const LimbEdge edge = limb.locate(profile, 0.0, reach, noise);
+  hit.found = hit.placed = edge.found;
   hit.displacement = edge.position;
   hit.variance = edge.variance;
 }
@@ -242,6 +264,17 @@ void cast_rays(const EdgeImage& image,
       hit.derivative << moved.x(), moved.y(), moved.dot(direction);
       // A foreign edge reaches about a pixel and a half towards us by blur.
       const double outward = gap * scale - 1.5;
+      if (options.limb_reach_px > 0.0) {
+        find_limb(image,
+                  pixel,
+                  normal,
+                  outward,
+                  *options.limb,
+                  options.limb_reach_px,
+                  options.noise,
+                  hit);
+        continue;
+      }
       RayProfile profile;
       find_edge(image,
                 pixel,
@@ -261,6 +294,17 @@ void cast_rays(const EdgeImage& image,
 }
 
 }  // namespace
+
+double ray_variance(const std::array<double, 4>& autocovariance,
+                    const std::array<double, 4>& pairs) {
+  const double variance = pairs[0] > 0.0 ? autocovariance[0] / pairs[0] : 0.1;
+  double inflation = 1.0;
+  for (std::size_t lag = 1; lag < 4; ++lag) {
+    if (pairs[lag] > 0.0)
+      inflation += 2.0 * std::max(0.0, autocovariance[lag] / pairs[lag] / variance);
+  }
+  return variance * inflation;
+}
 
 BodyFit refine_body(const EdgeImage& image,
                     const Camera& camera,
@@ -334,6 +378,15 @@ BodyFit refine_body(const EdgeImage& image,
       normal += motion.transpose() * evidence[ball].information.topLeftCorner<2, 2>() * motion;
       right += motion.transpose() * evidence[ball].gain.head<2>();
     }
+    if (options.known) {
+      const Eigen::Matrix3d known = options.ray_variance * options.known->information;
+      const BodyPose& pose = options.known->pose;
+      normal += known;
+      right += known *
+               Eigen::Vector3d(pose.x - fit.pose.x,
+                               pose.z - fit.pose.z,
+                               std::remainder(pose.angle - fit.pose.angle, 2.0 * std::numbers::pi));
+    }
     // Held where nothing was seen: as if one ray in each direction said "stay".
     const double scale = camera.scale(fit.pose.x, fit.pose.z);
     normal(0, 0) += 0.1 * scale * scale;
@@ -385,6 +438,29 @@ BodyFit refine_body(const EdgeImage& image,
   }
   if (samples > 0) fit.colour = sum / static_cast<float>(samples);
   return fit;
+}
+
+std::vector<SeenRay> measure_limb(const EdgeImage& image,
+                                  const Camera& camera,
+                                  const BodyShape& shape,
+                                  const BodyPose& pose,
+                                  const Surroundings& surroundings,
+                                  const LimbModel& limb,
+                                  double reach,
+                                  double noise) {
+  Rays rays;
+  const RefineOptions options{
+      .window_px = reach, .noise = noise, .limb = &limb, .limb_reach_px = reach};
+  cast_rays(image, camera, shape, pose, surroundings, options, Eigen::Matrix3f::Identity(), rays);
+  std::vector<SeenRay> seen;
+  for (std::size_t ball = 0; ball < shape.balls; ++ball) {
+    for (int k = 0; k < rays_per_ball; ++k) {
+      const RayHit& hit = rays[ball][static_cast<std::size_t>(k)];
+      if (hit.placed)
+        seen.push_back({static_cast<int>(ball), k, hit.displacement, hit.variance, hit.derivative});
+    }
+  }
+  return seen;
 }
 
 void observe_limbs(const EdgeImage& image,

@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "datasets/experiment/tracking_spec.h"
@@ -55,12 +56,29 @@ struct BodyFit {
       Eigen::Vector3f::Zero();  // mean brightness and colour differences (Y, Cr, Cb) inside
 };
 
+// A pose and its information: 1/m^2, 1/rad^2.
+struct KnownPose {
+  BodyPose pose;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+};
+
+// What one ray is worth, px^2: its variance, and how many neighbours share its error. From sums of
+// `autocovariance` and `pairs` over fits.
+double ray_variance(const std::array<double, 4>& autocovariance,
+                    const std::array<double, 4>& pairs);
+
 struct RefineOptions {
   double window_px = 3.0;  // how far an edge may lie from where the outline is expected
   int iterations = 3;
   double noise = 2.0;  // grey levels
   // Places the edges that were found; without it they lie where the picture changes most.
   const LimbModel* limb = nullptr;
+  // Above 0: looks for the limb itself, that near to the outline, instead of for strong edges.
+  double limb_reach_px = 0.0;
+  // What else is known of the pose, such as by the paint; without it only the outline tells.
+  // Weighed against the rays by what one of them is worth, `ray_variance` in px^2.
+  std::optional<KnownPose> known;
+  double ray_variance = 0.0;
 };
 
 // Moves `start` to where its outline meets edges. Never fails: a low `support` tells that there is
@@ -71,6 +89,26 @@ BodyFit refine_body(const EdgeImage& image,
                     const BodyPose& start,
                     const Surroundings& surroundings,
                     const RefineOptions& options);
+
+// One ray that met an edge: how far outside the outline of a pose, and how that changes with it.
+struct SeenRay {
+  int ball = 0, direction = 0;  // of `rays_per_ball`, counter-clockwise from +x
+  double displacement = 0.0;    // px
+  double variance = 0.0;        // px^2, of the limb fitted
+  Eigen::Vector3d derivative =
+      Eigen::Vector3d::Zero();  // of displacement by ball (x, z, radius), px/m
+};
+constexpr int rays_per_ball = 72;  // one in 5 degrees: about every 2 px on a ball of 48 px
+
+// The limb of a body whose pose is known to within `reach` px: the rays that see it.
+std::vector<SeenRay> measure_limb(const EdgeImage& image,
+                                  const Camera& camera,
+                                  const BodyShape& shape,
+                                  const BodyPose& pose,
+                                  const Surroundings& surroundings,
+                                  const LimbModel& limb,
+                                  double reach,
+                                  double noise);
 
 // The rays of a body at `pose` that meet an edge, and where it is: what a limb model is learned
 // from.

@@ -14,9 +14,14 @@ constexpr double saturation = 250.0;  // grey levels of 255
 }
 
 EdgeImage::EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_px)
-    : region_(region & cv::Rect(0, 0, frame.cols, frame.rows)) {
+    : EdgeImage(frame(region & cv::Rect(0, 0, frame.cols, frame.rows)),
+                (region & cv::Rect(0, 0, frame.cols, frame.rows)).tl(),
+                blur_px) {}
+
+EdgeImage::EdgeImage(const cv::Mat& part, const cv::Point& corner, double blur_px)
+    : region_(corner, part.size()) {
   cv::Mat exact, parts[3];
-  frame(region_).convertTo(exact, CV_32FC3);
+  part.convertTo(exact, CV_32FC3);
   cv::cvtColor(exact, exact, cv::COLOR_BGR2YCrCb);
   cv::split(exact, parts);
   // Films store colour at half the resolution and decoders repeat it in blocks of 2 x 2: without
@@ -30,10 +35,8 @@ EdgeImage::EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_p
         parts[c], parts[c], cv::Size(9, 9), colour_blur_px, colour_blur_px, cv::BORDER_REPLICATE);
   }
   cv::merge(parts, 3, smooth_);
-  cv::inRange(frame(region_),
-              cv::Scalar(saturation, saturation, saturation),
-              cv::Scalar(255, 255, 255),
-              saturated_);
+  cv::inRange(
+      part, cv::Scalar(saturation, saturation, saturation), cv::Scalar(255, 255, 255), saturated_);
   cv::dilate(saturated_, saturated_, cv::Mat::ones(5, 5, CV_8U));
 }
 

@@ -14,6 +14,8 @@ class EdgeImage {
   // `region` of the frame, in its pixels; its brightness is smoothed by a Gaussian of `blur_px`,
   // its colour by more.
   EdgeImage(const cv::Mat& frame, const cv::Rect& region, double blur_px);
+  // The same from the part of the frame alone, whose first pixel lies at `corner` of the frame.
+  EdgeImage(const cv::Mat& part, const cv::Point& corner, double blur_px);
 
   bool contains(const Eigen::Vector2d& pixel, double margin) const;
   // Brightness and two differences of colour (Y, Cr, Cb; 0 is black, and grey) at a pixel of the
