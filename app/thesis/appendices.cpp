@@ -8,6 +8,7 @@
 
 #include "app/thesis/button.h"
 #include "app/thesis/targets.h"
+#include "datasets/statistics/linear_least_squares.h"
 #include "sim/shapes/clump.h"
 #include "sim/shapes/surface_error.h"
 
@@ -43,23 +44,16 @@ double centroid_of(const DeckSpheres& spheres) {
 }
 
 // Least squares of the radius on the place, without the spheres (from 1) that do not fit.
-struct Line {
-  double intercept = 0.0, slope = 0.0;
-};
-Line taper(const DeckSpheres& spheres, std::size_t left_out, std::size_t also_left_out) {
-  double count = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+datasets::StraightLine taper(const DeckSpheres& spheres,
+                             std::size_t left_out,
+                             std::size_t also_left_out) {
+  std::vector<double> places, radii;
   for (std::size_t i = 0; i < spheres.radius.size(); ++i) {
     if (i + 1 == left_out || i + 1 == also_left_out) continue;
-    count += 1.0;
-    x += spheres.place[i];
-    y += spheres.radius[i];
-    xx += spheres.place[i] * spheres.place[i];
-    xy += spheres.place[i] * spheres.radius[i];
+    places.push_back(spheres.place[i]);
+    radii.push_back(spheres.radius[i]);
   }
-  Line line;
-  line.slope = (xy - x * y / count) / (xx - x * x / count);
-  line.intercept = (y - line.slope * x) / count;
-  return line;
+  return datasets::straight_line(places, radii);
 }
 
 void examine_start(Examination& exam, const ThesisData& thesis) {
@@ -90,7 +84,7 @@ void examine_decks(Examination& exam, const ThesisData& thesis) {
   exam.compare_worded("deck (a): element spheres of the conical particle",
                       static_cast<double>(cone.radius.size()));
   constexpr std::size_t seventh = 7, fourteenth = 14;
-  const Line line = taper(cone, seventh, fourteenth);
+  const datasets::StraightLine line = taper(cone, seventh, fourteenth);
   for (const std::size_t sphere : {seventh, fourteenth}) {
     exam.compare_worded(fmt::format("deck (a): place of sphere {}", sphere),
                         (cone.radius[sphere - 1] - line.intercept) / line.slope);

@@ -9,6 +9,7 @@
 #include "app/thesis/button.h"
 #include "app/thesis/lone_row.h"
 #include "app/thesis/targets.h"
+#include "datasets/statistics/linear_least_squares.h"
 #include "sim/laws/restitution.h"
 
 namespace graintruth::app {
@@ -88,16 +89,9 @@ sim::Scene stacked(const ThesisData& thesis,
 double friction_from(const std::vector<double>& times,
                      const std::vector<double>& ways,
                      double incline) {
-  const double count = static_cast<double>(times.size());
-  double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const double square = times[i] * times[i];
-    x += ways[i];
-    y += square;
-    xx += ways[i] * ways[i];
-    xy += ways[i] * square;
-  }
-  const double slope = (xy - x * y / count) / (xx - x * x / count);
+  std::vector<double> squares;
+  for (const double time : times) squares.push_back(time * time);
+  const double slope = datasets::straight_line(ways, squares).slope;
   return std::tan(incline) - 2.0 / (slope * standard_gravity * std::cos(incline));
 }
 

@@ -17,6 +17,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "datasets/statistics/linear_least_squares.h"
 #include "datasets/store/table.h"
 #include "tracking/bodies/assignment.h"
 #include "tracking/bodies/linked_tracks.h"
@@ -390,11 +391,8 @@ Parabola fit_parabola(const std::vector<double>& times, const std::vector<double
     design.row(at) << 1.0, times[i], times[i] * times[i];
     target[at] = values[i];
   }
-  Parabola fit;
-  fit.coefficients = design.colPivHouseholderQr().solve(target);
-  fit.rms = std::sqrt((design * fit.coefficients - target).squaredNorm() /
-                      static_cast<double>(times.size()));
-  return fit;
+  const datasets::LinearFit fit = datasets::linear_least_squares(design, target);
+  return {fit.parameters, std::sqrt(fit.sum_of_squares / static_cast<double>(times.size()))};
 }
 
 void ball_toss(const std::filesystem::path& folder, Figures& figures) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "datasets/statistics/linear_least_squares.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -70,31 +72,20 @@ LeastSquaresFit fit_beverloo(BeverlooLaw law,
 }
 
 BeverlooLine fit_beverloo_line(BeverlooLaw law, std::span<const DischargeRate> rates) {
-  const auto count = static_cast<double>(rates.size());
-  const auto root = [&](const DischargeRate& at) {
-    return std::pow(at.rate, 1.0 / exponent_of(law));
-  };
-  double mean_x = 0.0, mean_y = 0.0;
+  std::vector<double> orifices, roots;
   for (const DischargeRate& at : rates) {
-    mean_x += at.orifice / count;
-    mean_y += root(at) / count;
+    orifices.push_back(at.orifice);
+    roots.push_back(std::pow(at.rate, 1.0 / exponent_of(law)));
   }
-  double xx = 0.0, xy = 0.0;
-  for (const DischargeRate& at : rates) {
-    xx += (at.orifice - mean_x) * (at.orifice - mean_x);
-    xy += (at.orifice - mean_x) * (root(at) - mean_y);
-  }
-  BeverlooLine line;
-  line.slope = xy / xx;
-  line.intercept = mean_y - line.slope * mean_x;
+  const datasets::StraightLine fitted = datasets::straight_line(orifices, roots);
+  BeverlooLine line{.slope = fitted.slope, .intercept = fitted.intercept};
   line.zero = -line.intercept / line.slope;
-  double square = 0.0;
-  for (const DischargeRate& at : rates)
-    square += std::pow(root(at) - line.intercept - line.slope * at.orifice, 2);
   // First order in the errors of both coefficients: var(x0) = s^2/b^2 (1/n + (x0 - mean)^2 / Sxx)
-  const double variance = square / (count - 2.0);
+  const auto count = static_cast<double>(rates.size());
+  const double variance = fitted.sum_of_squares / (count - 2.0);
   line.zero_standard_error =
-      std::sqrt(variance * (1.0 / count + std::pow(line.zero - mean_x, 2) / xx)) /
+      std::sqrt(variance *
+                (1.0 / count + std::pow(line.zero - fitted.mean_x, 2) / fitted.spread_x)) /
       std::abs(line.slope);
   return line;
 }

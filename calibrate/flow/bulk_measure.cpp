@@ -4,8 +4,11 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
+#include <span>
 
 #include "calibrate/observables/observable.h"
+#include "datasets/statistics/linear_least_squares.h"
 
 namespace graintruth::calibrate {
 
@@ -21,30 +24,14 @@ double longest_gap(const BulkRig& rig) {
   return 2.0 * std::sqrt(2.0 * rig.particle_diameter / rig.gravity);
 }
 
-struct Line {
-  double slope = 0.0;
-  double largest_residual = 0.0;
-};
-
 // Least-squares line of the count against time over exits [first, last].
-Line line_through(const std::vector<double>& times, std::size_t first, std::size_t last) {
-  const auto count = static_cast<double>(last - first + 1);
-  double mean_time = 0.0;
-  for (std::size_t i = first; i <= last; ++i) mean_time += times[i] / count;
-  const double mean_index = 0.5 * static_cast<double>(first + last);
-  double square = 0.0, cross = 0.0;
-  for (std::size_t i = first; i <= last; ++i) {
-    square += (times[i] - mean_time) * (times[i] - mean_time);
-    cross += (times[i] - mean_time) * (static_cast<double>(i) - mean_index);
-  }
-  Line line;
-  if (!(square > 0.0)) return line;
-  line.slope = cross / square;
-  for (std::size_t i = first; i <= last; ++i)
-    line.largest_residual = std::max(
-        line.largest_residual,
-        std::abs(static_cast<double>(i) - mean_index - line.slope * (times[i] - mean_time)));
-  return line;
+datasets::StraightLine line_through(const std::vector<double>& times,
+                                    const std::vector<double>& counts,
+                                    std::size_t first,
+                                    std::size_t last) {
+  const std::size_t number = last - first + 1;
+  return datasets::straight_line(std::span(times).subspan(first, number),
+                                 std::span(counts).subspan(first, number));
 }
 
 // Standard error of the mean of values that follow one another, with Bartlett's weights.
@@ -200,12 +187,14 @@ std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig&
   const auto begin = static_cast<std::size_t>(std::ceil(0.1 * all));
   const std::size_t end = std::min(times.size(), static_cast<std::size_t>(0.8 * all) + 1);
   const double tolerance = 0.02 * all;
+  std::vector<double> counts(times.size());
+  std::iota(counts.begin(), counts.end(), 0.0);
   std::size_t best_first = 0, best_last = 0;
   for (std::size_t first = begin; first < end; ++first) {
     for (std::size_t last = first + 1; last < end; ++last) {
       if (paused[last]) break;
       if (last - first <= best_last - best_first) continue;
-      if (line_through(times, first, last).largest_residual > tolerance) continue;
+      if (line_through(times, counts, first, last).largest_residual > tolerance) continue;
       best_first = first;
       best_last = last;
     }
@@ -220,7 +209,7 @@ std::optional<SteadyRate> steady_rate(const Discharge& discharge, const BulkRig&
   std::vector<double> between;
   for (std::size_t i = best_first + 1; i <= best_last; ++i)
     between.push_back(times[i] - times[i - 1]);
-  const double frequency = line_through(times, best_first, best_last).slope;
+  const double frequency = line_through(times, counts, best_first, best_last).slope;
   const double mass = rig.particle_mass * discharge.together;
   steady.rate = mass * frequency;
   steady.standard_error = mass * frequency * frequency * standard_error_of_mean(between);

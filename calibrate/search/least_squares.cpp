@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include "calibrate/compare/hypothesis_tests.h"
+#include "datasets/statistics/linear_least_squares.h"
 
 namespace graintruth::calibrate {
 
@@ -67,6 +69,63 @@ double largest_cosine(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& re
   return largest;
 }
 
+// --- Laws that are linear in their parameters
+// ---------------------------------------------------
+
+// The residuals are  values - design p.
+struct LinearLaw {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd design;
+
+  // Whether the residuals at these parameters are what the design says, to rounding.
+  bool predicts(const Eigen::VectorXd& parameters, const Eigen::VectorXd& residuals) const {
+    constexpr double roundings = 64.0;
+    if (!residuals.allFinite()) return false;
+    const Eigen::ArrayXd size =
+        values.array().abs() + (design.cwiseAbs() * parameters.cwiseAbs()).array();
+    const Eigen::ArrayXd miss = (residuals - values + design * parameters).array().abs();
+    return (miss <= roundings * std::numeric_limits<double>::epsilon() * size).all();
+  }
+};
+
+// The law as columns, if it is linear; none otherwise. A column is what the residuals change by for
+// a step so long that the rounding of the values is little beside it, and so short that whole
+// numbers stay exact.
+std::optional<LinearLaw> linear_law(const Residuals& residuals, const Eigen::VectorXd& start) {
+  constexpr double longer = 0x1p20;
+  const Eigen::Index n = start.size();
+  LinearLaw law;
+  law.values = residuals(Eigen::VectorXd::Zero(n));
+  if (!law.values.allFinite() || law.values.size() < n) return std::nullopt;
+  law.design.resize(law.values.size(), n);
+  const double largest = law.values.cwiseAbs().maxCoeff();
+  Eigen::VectorXd together(n);  // a step along all parameters, in which each counts alike
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto column = [&](double step) {
+      Eigen::VectorXd moved = Eigen::VectorXd::Zero(n);
+      moved[j] = step;
+      return Eigen::VectorXd((law.values - residuals(moved)) / step);
+    };
+    const double size = column(1.0).cwiseAbs().maxCoeff();
+    if (!(size > 0.0) || !std::isfinite(size)) return std::nullopt;
+    // A power of two, so that the law rounds as little as at a step of 1
+    const double step = std::exp2(std::ceil(std::log2(longer * std::max(1.0, largest / size))));
+    law.design.col(j) = column(step);
+    together[j] = std::max(1.0, largest) / size;
+  }
+  if (!law.design.allFinite()) return std::nullopt;
+  for (const Eigen::VectorXd& at : {start,
+                                    Eigen::VectorXd(-start),
+                                    together,
+                                    Eigen::VectorXd(-0.37 * together + 1.7 * start)}) {
+    if (!law.predicts(at, residuals(at))) return std::nullopt;
+  }
+  return law;
+}
+
+// --- Certainty
+// ----------------------------------------------------------------------------------
+
 // (J^T J)^-1 by singular values, infinite where a parameter takes part in a direction that `fit`
 // does not determine; notes those directions.
 Eigen::MatrixXd inverse_of_normal_matrix(const Eigen::MatrixXd& jacobian, LeastSquaresFit& fit) {
@@ -125,6 +184,21 @@ LeastSquaresFit fit_least_squares(const Residuals& residuals,
   fit.parameters = start;
   Functor functor{&residuals, residuals(start).size(), start.cwiseAbs().cwiseMax(1e-8)};
   fit.freedom = static_cast<int>(functor.count - start.size());
+  // 0. A law that is linear has its answer at once
+  if (const auto law = linear_law(residuals, start)) {
+    const std::vector<double> units(
+        scale == ResidualScale::known ? static_cast<std::size_t>(functor.count) : 0, 1.0);
+    const datasets::LinearFit linear =
+        datasets::linear_least_squares(law->design, law->values, units);
+    if (linear.is_determined && law->predicts(linear.parameters, residuals(linear.parameters))) {
+      fit.parameters = linear.parameters;
+      fit.sum_of_squares = linear.sum_of_squares;
+      fit.covariance = linear.covariance;
+      fit.undetermined.resize(start.size(), 0);
+      fit.converged = true;
+      return fit;
+    }
+  }
   // 1. Search; begun again from where it ended as long as that helps, since the damping starts anew
   double before = std::numeric_limits<double>::infinity();
   constexpr int most_restarts = 20;

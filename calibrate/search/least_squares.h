@@ -1,5 +1,6 @@
 // Least squares for laws that are not linear in their parameters: Levenberg-Marquardt (MINPACK, as
 // Eigen keeps it) with derivatives taken numerically, and what the fit knows of its own certainty.
+// Laws that are linear go to datasets/statistics/linear_least_squares.
 #pragma once
 
 #include <Eigen/Dense>

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -11,6 +12,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "tests/support/certified_digits.h"
 #include "tests/support/read_rows.h"
 
 namespace graintruth::calibrate {
@@ -134,12 +136,7 @@ Certified read_certified(const std::filesystem::path& file, bool log_response) {
   return result;
 }
 
-// Digits that agree, at most 11 (NIST's log relative error).
-double digits(double value, double certified) {
-  if (value == certified) return 11.0;
-  if (!std::isfinite(value)) return 0.0;
-  return std::clamp(-std::log10(std::abs(value - certified) / std::abs(certified)), 0.0, 11.0);
-}
+using tests::digits;
 
 struct Score {
   double parameters = 11.0, standard_errors = 11.0;
@@ -208,6 +205,33 @@ TEST_F(NistNonlinear, FromTheFarStartMostAreAndNoneLies) {
     }
   }
   EXPECT_GE(right, 15);
+}
+
+// A law that is linear in its parameters is found to be, from whatever start. NIST certifies 1 for
+// all parameters, and these standard errors of the first and the last.
+TEST(LeastSquares, ALinearLawHasItsAnswerAtOnce) {
+  constexpr std::array<double, 21> errors = {759,   -2048, 2048,  -2048, 2523,  -2048, 2048,
+                                             -2048, 1838,  -2048, 2048,  -2048, 1838,  -2048,
+                                             2048,  -2048, 2523,  -2048, 2048,  -2048, 759};
+  for (const double size : {1.0, 1e4}) {
+    const auto residuals = [&](const Vector& b) {
+      Vector result(21);
+      for (int i = 0; i < 21; ++i) {
+        double y = size * errors[static_cast<std::size_t>(i)], law = 0.0;
+        for (int power = 5; power >= 0; --power) law = law * i + b[power];
+        for (int power = 0; power <= 5; ++power) y += std::pow(i, power);
+        result[i] = y - law;
+      }
+      return result;
+    };
+    for (const double start : {0.0, 3.0}) {
+      const LeastSquaresFit fit = fit_least_squares(residuals, Vector::Constant(6, start));
+      EXPECT_TRUE(fit.converged);
+      for (int k = 0; k < 6; ++k) EXPECT_GE(digits(fit.parameters[k], 1.0), 9.0) << k;
+      EXPECT_GE(digits(fit.standard_error(0), size * 2152.32624678170), 9.0);
+      EXPECT_GE(digits(fit.standard_error(5), size * 0.112324854679312), 9.0);
+    }
+  }
 }
 
 TEST(LeastSquares, KnownErrorsAreNotRescaled) {
