@@ -121,7 +121,8 @@ datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment
   return datasets::read_discharge_curve(replicate.discharge,
                                         {.event_time = replicate.source.event_time,
                                          .full_mass = particle.count * particle.mass,
-                                         .particle_mass = particle.mass},
+                                         .particle_mass = particle.mass,
+                                         .gravity = experiment.rig.gravity},
                                         &notes);
 }
 

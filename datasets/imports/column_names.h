@@ -33,6 +33,12 @@ inline constexpr std::array direction_units{
     Unit{"rad", 1.0}, Unit{"deg", radians_per_degree}, Unit{"", radians_per_degree}};
 inline constexpr std::array ellipse_direction_units{
     Unit{"rad", 1.0}, Unit{"radians", 1.0}, Unit{"", 1.0}};
+// Of a balance; a cell may tell a weight in newtons, which only gravity turns into a mass.
+inline constexpr Unit newton{"n", 1.0};
+inline constexpr std::array balance_units{
+    Unit{"kg", 1.0}, Unit{"g", 1e-3}, Unit{"mg", 1e-6}, newton};
+inline bool is_a_weight(const Unit& unit) { return unit.suffix == newton.suffix; }
+
 inline constexpr std::array share_units{Unit{"percent", 1e-2}, Unit{"pct", 1e-2}};
 
 namespace names {
@@ -68,21 +74,74 @@ inline constexpr std::array<Names, 4> remaining_mass{
     "remaining_mass", "mass_remaining", "mass_left", "bin_mass"};
 inline constexpr std::array<Names, 2> discharged_share{"discharged", "discharged_mass"};
 
-inline constexpr std::array<Names, 7> orifice{
-    "orifice", "orifice_d", "orifice_width", "orifice_diameter", "opening", "d0", "outlet"};
+inline constexpr std::array<Names, 10> orifice{"orifice",
+                                               "orifice_d",
+                                               "orifice_width",
+                                               "orifice_diameter",
+                                               "opening",
+                                               "d0",
+                                               "d_0",
+                                               "d_o",
+                                               "outlet",
+                                               "slot_width"};
+// Beverloo's D is the orifice. Beside a D0 it is the silo.
+inline constexpr std::array<Names, 1> capital_diameter{"D"};
+inline constexpr std::array<Names, 5> silo{
+    "silo_diameter", "silo_width", "silo", "bin_width", "bin_diameter"};
 inline constexpr std::array<Names, 7> rate{
     "flow_rate", "flow_rate_q", "q", "w", "rate", "discharge_rate", "mass_flow_rate"};
-inline constexpr std::array<Names, 5> rate_error{
-    "flow_rate_standard_uncertainty", "flow_rate_uncertainty", "flow_rate_se", "q_se", "sigma_q"};
+inline constexpr std::array<Names, 27> rate_error{"flow_rate_standard_uncertainty",
+                                                  "flow_rate_uncertainty",
+                                                  "flow_rate_se",
+                                                  "flow_rate_sd",
+                                                  "flow_rate_std",
+                                                  "flow_rate_error",
+                                                  "rate_uncertainty",
+                                                  "rate_se",
+                                                  "rate_sd",
+                                                  "rate_std",
+                                                  "rate_error",
+                                                  "q_uncertainty",
+                                                  "q_se",
+                                                  "q_sd",
+                                                  "q_std",
+                                                  "q_err",
+                                                  "q_error",
+                                                  "sigma_q",
+                                                  "u_q",
+                                                  "w_uncertainty",
+                                                  "w_se",
+                                                  "w_sd",
+                                                  "w_std",
+                                                  "w_err",
+                                                  "w_error",
+                                                  "sigma_w",
+                                                  "u_w"};
 inline constexpr std::array<Names, 4> areal_density{
     "areal_density", "areal_density_rho", "rho_areal", "rho"};
 inline constexpr std::array<Names, 4> bulk_density{"bulk_density", "density", "rho_bulk", "rho"};
-inline constexpr std::array<Names, 3> particle_diameter{"particle_diameter", "grain_diameter", "d"};
+inline constexpr std::array<Names, 6> particle_diameter{
+    "particle_diameter", "grain_diameter", "particle_size", "grain_size", "d_p", "dp"};
+inline constexpr std::array<Names, 1> small_diameter{"d"};
+inline constexpr std::array<Names, 5> particle_density{
+    "particle_density", "grain_density", "solid_density", "rho_p", "rho_s"};
 inline constexpr std::array<Names, 4> place{"x", "position", "place", "distance"};
 inline constexpr std::array<Names, 6> velocity{
     "velocity", "v", "speed", "vertical_velocity", "velocity_z", "vz"};
-inline constexpr std::array<Names, 4> velocity_error{
-    "velocity_standard_uncertainty", "velocity_uncertainty", "velocity_se", "sigma_v"};
+inline constexpr std::array<Names, 14> velocity_error{"velocity_standard_uncertainty",
+                                                      "velocity_uncertainty",
+                                                      "velocity_se",
+                                                      "velocity_sd",
+                                                      "velocity_std",
+                                                      "velocity_error",
+                                                      "v_uncertainty",
+                                                      "v_se",
+                                                      "v_sd",
+                                                      "v_std",
+                                                      "v_err",
+                                                      "v_error",
+                                                      "sigma_v",
+                                                      "u_v"};
 }  // namespace names
 
 // Tracks
@@ -108,9 +167,9 @@ inline constexpr Quantity direction_error{
 
 // Discharge curves
 inline constexpr Quantity discharged_mass{
-    "the mass that has left", names::discharged_mass, mass_units};
+    "the mass that has left", names::discharged_mass, balance_units};
 inline constexpr Quantity remaining_mass{
-    "the mass still in the bin", names::remaining_mass, mass_units};
+    "the mass still in the bin", names::remaining_mass, balance_units};
 inline constexpr Quantity discharged_share{
     "the share of the mass that has left", names::discharged_share, share_units};
 
@@ -124,7 +183,13 @@ inline constexpr Quantity areal_density{
 inline constexpr Quantity bulk_density{
     "the bed's bulk density", names::bulk_density, density_units};
 inline constexpr Quantity particle_diameter{
-    "the particles' diameter", names::particle_diameter, length_units};
+    "the particles' diameter", names::particle_diameter, length_units, names::small_diameter};
+// Called D, and nothing else
+inline constexpr Quantity capital_diameter{
+    "the orifice's width", {}, length_units, names::capital_diameter};
+inline constexpr Quantity silo{"the silo's width", names::silo, length_units};
+inline constexpr Quantity particle_density{
+    "the particles' density", names::particle_density, density_units};
 inline constexpr Quantity place{"the place across the bed", names::place, length_units};
 inline constexpr Quantity velocity{"the vertical velocity", names::velocity, speed_units};
 inline constexpr Quantity velocity_error{

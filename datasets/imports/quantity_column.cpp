@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <string>
@@ -38,18 +39,28 @@ std::string plain_name(std::string_view name) {
 
 // "'x_m', 'x_cm' or 'x_mm'": how a column of this quantity may be called.
 std::string spellings(const Quantity& quantity) {
+  const std::string_view name =
+      quantity.names.empty() ? quantity.exact_names.front() : quantity.names.front();
   std::vector<std::string> wanted;
   for (const Unit& unit : quantity.units)
-    wanted.push_back(unit.suffix.empty()
-                         ? fmt::format("'{}'", quantity.names.front())
-                         : fmt::format("'{}_{}'", quantity.names.front(), unit.suffix));
+    wanted.push_back(unit.suffix.empty() ? fmt::format("'{}'", name)
+                                         : fmt::format("'{}_{}'", name, unit.suffix));
   return fmt::format("{}", fmt::join(wanted, " or "));
+}
+
+// Names that this column may have: of exact ones those that it begins with, capital for capital.
+std::vector<std::string_view> names_for(std::string_view column, const Quantity& quantity) {
+  std::vector<std::string_view> names(quantity.names.begin(), quantity.names.end());
+  const std::size_t first = std::min(column.find_first_not_of(" \t"), column.size());
+  for (const std::string_view name : quantity.exact_names)
+    if (column.substr(first).starts_with(name)) names.push_back(name);
+  return names;
 }
 
 // The unit of a column that is called as this quantity is.
 std::optional<Unit> unit_of(std::string_view column, const Quantity& quantity) {
   const std::string called = plain_name(column);
-  for (const std::string_view name : quantity.names) {
+  for (const std::string_view name : names_for(column, quantity)) {
     for (const Unit& unit : quantity.units) {
       const std::string wanted =
           unit.suffix.empty() ? std::string(name) : fmt::format("{}_{}", name, unit.suffix);
@@ -64,7 +75,7 @@ std::string near_miss(const Table& table, const Quantity& quantity) {
   for (const std::string& column : table.columns()) {
     if (unit_of(column, quantity)) return fmt::format(" Column '{}' holds no value.", column);
     const std::string called = plain_name(column);
-    for (const std::string_view name : quantity.names) {
+    for (const std::string_view name : names_for(column, quantity)) {
       if (called == plain_name(name))
         return fmt::format(" Column '{}' has the name, but no unit.", column);
     }
@@ -78,13 +89,26 @@ void refuse_unknown_unit(const Table& table, const Quantity& quantity) {
     const std::size_t bracket = column.find_first_of("([");
     if (bracket == std::string::npos || table.is_blank(column)) continue;
     const std::string wanted = plain_name(column.substr(0, bracket));
-    for (const std::string_view name : quantity.names) {
+    for (const std::string_view name : names_for(column, quantity)) {
       if (wanted != plain_name(name)) continue;
       throw InputError(fmt::format("{}: column '{}' has a unit that is not known; call it {}{}.",
                                    table.file().string(),
                                    column,
                                    spellings(quantity),
                                    table.header_words()));
+    }
+  }
+}
+
+// Throws where a column has the name and no unit: an optional one would be passed over.
+void refuse_missing_unit(const Table& table, const Quantity& quantity) {
+  for (const std::string& column : table.columns()) {
+    for (const std::string_view name : names_for(column, quantity)) {
+      if (plain_name(column) != plain_name(name)) continue;
+      throw InputError(fmt::format("{}: column '{}' has no unit; call it {}.",
+                                   table.file().string(),
+                                   column,
+                                   spellings(quantity)));
     }
   }
 }
@@ -150,6 +174,28 @@ std::optional<std::vector<double>> find_quantity(const Table& table, const Quant
 
 std::vector<double> positive_quantity(const Table& table, const Quantity& quantity) {
   return checked_quantity(table, quantity, true);
+}
+
+std::optional<std::vector<double>> find_uncertainty(const Table& table, const Quantity& quantity) {
+  const auto found = find_column(table, quantity);
+  if (!found) {
+    refuse_missing_unit(table, quantity);
+    return std::nullopt;
+  }
+  const auto values = find_quantity(table, quantity);
+  for (std::size_t row = 0; row < values->size(); ++row) {
+    if (std::isfinite((*values)[row]) && (*values)[row] > 0.0) continue;
+    const std::string& cell = table.text(row, found->column);
+    throw InputError(fmt::format(
+        "{}:{}: column '{}', {}, is {}, but it must be a number above 0 in every row. Write it, or "
+        "remove the row, or the whole column.",
+        table.file().string(),
+        table.line(row),
+        found->column,
+        quantity.words,
+        std::isnan((*values)[row]) ? "missing" : cell));
+  }
+  return values;
 }
 
 std::vector<double> finite_quantity(const Table& table, const Quantity& quantity) {

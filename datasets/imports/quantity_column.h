@@ -20,6 +20,8 @@ struct Quantity {
   std::string_view words;                   // for sentences: "the orifice's width"
   std::span<const std::string_view> names;  // lower case; the first is ours
   Units units;
+  // Further names of which the capitals matter, as papers write D for one width and d for another
+  std::span<const std::string_view> exact_names = {};
 };
 
 struct QuantityColumn {
@@ -40,6 +42,10 @@ std::optional<std::vector<double>> find_quantity(const Table& table, const Quant
 
 // As above, but the column must be there and every value be finite and above 0.
 std::vector<double> positive_quantity(const Table& table, const Quantity& quantity);
+
+// As find_quantity, but every value must be a standard uncertainty: finite and above 0. One that is
+// not would make all others count for nothing.
+std::optional<std::vector<double>> find_uncertainty(const Table& table, const Quantity& quantity);
 
 // As find_quantity, but the column must be there and every value be finite.
 std::vector<double> finite_quantity(const Table& table, const Quantity& quantity);

@@ -71,7 +71,7 @@ TEST(DischargeCurve, ImpossibleOnesAreRefusedWithTheirLine) {
       EXPECT_NE(sentence.find(word), std::string::npos) << word << " is not in: " << sentence;
   };
   refused("time_s,mass_g\n0,0\n1,20\n2,40\n3,35\n4,80\n",
-          {"c.csv:5:", "'mass_g'", "35 g", "40 g", "remaining_mass_g"});
+          {"c.csv:5:", "'mass_g'", "35 g", "40 g", "cannot fall"});
   refused("time_s,mass_g\n0,0\n1,20\n1,40\n3,45\n4,80\n",
           {"c.csv:4:", "'time_s'", "does not rise"});
   refused("time_s,mass_kg\n0,0\n1,20\n2,40\n3,45\n4,80\n",
