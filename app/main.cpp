@@ -263,6 +263,8 @@ void add_fit(CLI::App& program, app::FitCommand& command, int& status) {
   add_length(kinematic, "--height-mm", "Height of the profile above the orifice", command.height);
   kinematic.get_option("--height-mm")->required();
   add_length(kinematic, "--orifice-mm", "Width of the orifice", command.orifice);
+  add_length(
+      kinematic, "--bin-width-mm", "Width of the bin; no place lies outside", command.bin_width);
   kinematic.callback([&] { status = run_fit_kinematic(command); });
 }
 

@@ -58,6 +58,27 @@ void check_fit(const Experiment& experiment, std::span<const Recording> recordin
   }
 }
 
+// What a recording tells and cannot be.
+void refuse_contradictions(const datasets::Replicate& replicate,
+                           const Observables& observables,
+                           const std::vector<Channel>& measured,
+                           const Situation& situation) {
+  for (std::size_t place = 0; place < measured.size(); ++place) {
+    const std::string complaint =
+        observables.all()[place]->contradiction(measured[place], situation);
+    if (complaint.empty()) continue;
+    const auto& file = replicate.curves.empty() ? replicate.file() : replicate.curves;
+    throw InputError(fmt::format("{}: {}.", file.string(), complaint));
+  }
+}
+
+Situation situation_of(const Experiment& experiment, const datasets::Replicate& replicate) {
+  Situation situation{
+      .particle = experiment.particle, .rig = replicate.rig, .measurement = experiment.measurement};
+  situation.measurement.observables.clear();
+  return situation;
+}
+
 // What is asked for and no recording gives.
 void check_observables(const Problem& problem) {
   const Observables& observables = *problem.observables;
@@ -404,6 +425,13 @@ Problem plan_problem(const Experiment& experiment,
 void check_recordings(const Experiment& experiment, std::span<const Recording> recordings) {
   check_fit(experiment, recordings);
   plan_problem(experiment, recordings, engine_named("embedded"));
+  const Observables observables(experiment);
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const datasets::Replicate& replicate = experiment.replicates[i];
+    const Situation situation = situation_of(experiment, replicate);
+    refuse_contradictions(
+        replicate, observables, observables.measure(recordings[i], situation), situation);
+  }
 }
 
 Problem make_problem(const Experiment& experiment,
@@ -416,11 +444,9 @@ Problem make_problem(const Experiment& experiment,
   // 2. Every replicate measured
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
-    Situation situation{.particle = experiment.particle,
-                        .rig = replicate.rig,
-                        .measurement = experiment.measurement};
-    situation.measurement.observables.clear();
+    Situation situation = situation_of(experiment, replicate);
     problem.measured.push_back(problem.observables->measure(recordings[i], situation));
+    refuse_contradictions(replicate, *problem.observables, problem.measured.back(), situation);
     problem.situations.push_back(std::move(situation));
   }
   check_kinds_of_values(problem);

@@ -129,12 +129,8 @@ void check_particle(const Experiment& experiment, Findings& findings) {
     doubt("The panes are closer together than a particle is thick.");
   if (gap > 1.5 * particle.thickness)
     doubt("The panes leave room for particles to pass behind each other; one layer is simulated.");
-  const double volume = particle.seen_area * particle.thickness;  // at most: it may be rounded
-  const double density = particle.mass / volume;
-  if (density < 100.0 || density > 20000.0) {
-    doubt(fmt::format("With this mass the density is at least {:.3g} kg/m3. Check mass and radii.",
-                      density));
-  }
+  findings.doubtful.insert(
+      findings.doubtful.end(), experiment.notes.begin(), experiment.notes.end());
 }
 
 // How long the film lasts, s, where it can be read.
@@ -221,8 +217,7 @@ std::optional<datasets::Recording> look_at(const Experiment& experiment,
     findings.missing.emplace_back(error.what());
     return std::nullopt;
   }
-  findings.doubtful.insert(
-      findings.doubtful.end(), recording.notes.begin(), recording.notes.end());
+  findings.doubtful.insert(findings.doubtful.end(), recording.notes.begin(), recording.notes.end());
   if (const auto& tracks = recording.tracks) {
     fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
                replicate.name,

@@ -67,6 +67,7 @@ struct FitCommand {
   std::optional<double> imposed_k;  // for the coefficient of each row
   double height = 0.0;              // m, of a velocity profile above the orifice
   double orifice = 0.0;             // m
+  double bin_width = 0.0;           // m, of the bin of a profile; 0: not known
 };
 int run_fit_beverloo(const FitCommand& command);
 int run_fit_kinematic(const FitCommand& command);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "datasets/statistics/linear_least_squares.h"
 
@@ -42,9 +43,12 @@ double thesis_coefficient(const DischargeRate& at, double k, double gravity) {
 LeastSquaresFit fit_beverloo(BeverlooLaw law,
                              std::span<const DischargeRate> rates,
                              double gravity) {
-  const bool weighted = std::all_of(rates.begin(), rates.end(), [](const DischargeRate& rate) {
+  const auto certain = std::count_if(rates.begin(), rates.end(), [](const DischargeRate& rate) {
     return rate.standard_uncertainty > 0.0;
   });
+  const bool weighted = certain > 0;
+  if (weighted && certain != static_cast<std::ptrdiff_t>(rates.size()))
+    throw std::invalid_argument("only some rates have an uncertainty");
   const auto residuals = [&](const Eigen::VectorXd& parameters) {
     Eigen::VectorXd result(static_cast<Eigen::Index>(rates.size()));
     for (std::size_t i = 0; i < rates.size(); ++i) {

@@ -34,8 +34,9 @@ double beverloo_coefficient(BeverlooLaw law, const DischargeRate& at, double k, 
 // The thesis's C of the slot form, eq 4.5 as printed: per centimetre.
 double thesis_coefficient(const DischargeRate& at, double k, double gravity);
 
-// C and k fitted together to rate / density: parameters (C, k). Weighted where every rate has an
-// uncertainty. Needs two different orifices. C and k are strongly correlated: read the covariance.
+// C and k fitted together to rate / density: parameters (C, k). Weighted where the rates have
+// uncertainties: all of them, or none, else std::invalid_argument is thrown. Needs two different
+// orifices. C and k are strongly correlated: read the covariance.
 LeastSquaresFit fit_beverloo(BeverlooLaw law, std::span<const DischargeRate> rates, double gravity);
 
 // The thesis's way (figure 4.17): rate^(2/3) (slot) or rate^(2/5) (circular) against the orifice by

@@ -6,6 +6,7 @@
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 namespace graintruth::calibrate {
 
@@ -58,10 +59,13 @@ double kinematic_velocity(const KinematicOptions& options, double B, double v0, 
 
 KinematicFit fit_kinematic(std::span<const VelocitySample> samples,
                            const KinematicOptions& options) {
-  const bool weighted =
-      std::all_of(samples.begin(), samples.end(), [](const VelocitySample& sample) {
+  const auto certain =
+      std::count_if(samples.begin(), samples.end(), [](const VelocitySample& sample) {
         return sample.standard_uncertainty > 0.0;
       });
+  const bool weighted = certain > 0;
+  if (weighted && certain != static_cast<std::ptrdiff_t>(samples.size()))
+    throw std::invalid_argument("only some velocities have an uncertainty");
   double reach = 0.0;
   for (const VelocitySample& sample : samples) reach = std::max(reach, std::abs(sample.x));
   // B between profiles far narrower than the samples' spacing and far wider than the bed
@@ -85,6 +89,8 @@ KinematicFit fit_kinematic(std::span<const VelocitySample> samples,
           .first;
   KinematicFit fit;
   fit.B = std::exp(log_B);
+  fit.converged = best > 0 && best < scan;
+  fit.is_too_flat = best == scan;
   const Profile at_best = profile_at(samples, options, weighted, fit.B);
   fit.velocity = at_best.velocity;
   double square = 0.0;

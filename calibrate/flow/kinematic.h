@@ -28,14 +28,18 @@ struct KinematicFit {
   double velocity = 0.0;            // m/s, v0 of the form
   double rms = 0.0;                 // m/s, of the residuals
   int freedom = 0;
+  // A B fits best, not one at an end of what was sought: from profiles far narrower than the
+  // samples' spacing to some far wider than the bed.
+  bool converged = false;
+  bool is_too_flat = false;  // where not converged: the best B is the largest
 };
 
 //   point    v = v0 exp(-x^2 / 4Bh)
 //   finite   v = (v0 / 2) [erf((D/2 - x) / sqrt(4Bh)) + erf((D/2 + x) / sqrt(4Bh))]
 double kinematic_velocity(const KinematicOptions& options, double B, double v0, double x);
 
-// Needs three samples, or two with a pinned velocity. Weighted where every sample has an
-// uncertainty.
+// Needs three samples, or two with a pinned velocity. Weighted where the samples have
+// uncertainties: all of them, or none, else std::invalid_argument is thrown.
 KinematicFit fit_kinematic(std::span<const VelocitySample> samples,
                            const KinematicOptions& options);
 

@@ -11,6 +11,7 @@
 #include "calibrate/observables/observable.h"
 #include "calibrate/observables/track_results.h"
 #include "datasets/store/input_error.h"
+#include "datasets/store/plausible.h"
 #include "datasets/store/toml_section.h"
 
 namespace graintruth::calibrate {
@@ -54,6 +55,23 @@ class BulkDensity final : public Observable {
     if (grains == 0) return {};
     const double height = 2.0 * sum / grains;
     return {.values = {grains * situation.particle.mass / (container_.area * height)}};
+  }
+
+  // No bed is as dense as its grains, and none far looser than the loosest.
+  std::string contradiction(const Channel& channel, const Situation& situation) const override {
+    if (!channel.is_known()) return "";
+    constexpr double far = 0.1;  // grains that still fall make a bed that looks looser
+    const double bed = channel.values.front();
+    const auto [lower, upper] = datasets::density_bounds(situation.particle);
+    if (bed > far * datasets::loosest_bed * lower && bed < upper) return "";
+    const bool is_dense = bed >= upper;
+    return fmt::format(
+        "the bulk density of {:.4g} kg/m3 is {} a particle, which is {:.4g} kg/m3 or "
+        "{} by its mass and shape; look at the units of all three",
+        bed,
+        is_dense ? "not below that of" : "less than 3 % of that of",
+        is_dense ? upper : lower,
+        is_dense ? "less" : "more");
   }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {

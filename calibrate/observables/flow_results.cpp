@@ -384,12 +384,13 @@ void add_run_tables(std::span<const BulkRun> runs,
                                          : "no"});
     }
     for (const VelocitySample& sample : one.measured.profile.samples)
-      profiles.add({one.name,
-                    orifice,
-                    number_text(one.measured.profile.height),
-                    number_text(sample.x),
-                    number_text(sample.velocity),
-                    number_text(sample.standard_uncertainty)});
+      profiles.add(
+          {one.name,
+           orifice,
+           number_text(one.measured.profile.height),
+           number_text(sample.x),
+           number_text(sample.velocity),
+           sample.standard_uncertainty > 0.0 ? number_text(sample.standard_uncertainty) : ""});
   }
   results.tables["discharge"] = std::move(curves);
   results.tables["flow_rates"] = std::move(rates);

@@ -213,6 +213,12 @@ class LawsRule final : public Rule {
     if (at == profile.details.end()) return samples;
     for (std::size_t i = 0; i + 2 < at->second.size(); i += 3)
       samples.push_back({at->second[i], at->second[i + 1], at->second[i + 2]});
+    // Where fewer than three grains passed nobody knows one; then all count alike
+    const bool are_known = std::all_of(samples.begin(), samples.end(), [](const auto& sample) {
+      return sample.standard_uncertainty > 0.0;
+    });
+    if (!are_known)
+      for (VelocitySample& sample : samples) sample.standard_uncertainty = 0.0;
     return samples;
   }
 

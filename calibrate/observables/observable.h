@@ -77,6 +77,8 @@ class Observable {
   virtual Channel measure(const datasets::Recording& recording,
                           const Situation& situation,
                           const Channel* like = nullptr) const = 0;
+  // What cannot be of a recording's channel, as a sentence without its end; empty where all can.
+  virtual std::string contradiction(const Channel&, const Situation&) const { return ""; }
   // What a simulation has to record for it, beside tracks.
   virtual std::vector<std::string> curves() const { return {}; }
   virtual bool needs_tracks() const { return false; }

@@ -109,7 +109,7 @@ Stick read_stick(TomlSection section) {
   if (stick.from == stick.to) section.fail("to_px", "is the same point as from_px");
   stick.length = section.quantity("length", length_units, positive);
   stick.length_uncertainty =
-      section.optional_quantity("length_uncertainty", length_units, not_negative).value_or(0.0);
+      section.optional_quantity("length_uncertainty", length_units, positive).value_or(0.0);
   const auto origin = section.optional_numbers("origin", 2, pixel_units);
   stick.origin = origin ? pixel(*origin) : stick.from;
   section.finish();

@@ -27,7 +27,7 @@ constexpr Range poisson_range{-1.0, 0.4999, false, "a Poisson ratio above -1 and
 BenchValue read_bench_value(TomlSection& section, const Parameter& parameter) {
   const ParameterKind& kind = *parameter.kind;
   return {section.quantity(parameter.name, kind.units, kind.range),
-          section.optional_quantity(parameter.name + "_uncertainty", kind.units, not_negative)
+          section.optional_quantity(parameter.name + "_uncertainty", kind.units, positive)
               .value_or(0.0)};
 }
 
@@ -263,6 +263,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   } else {
     experiment.particle =
         read_particle(root.section("particle"), purpose, folder, experiment.inputs);
+    check_density(root.section("particle"), experiment.particle, file, experiment.notes);
     if (is_read("material")) experiment.material = read_material(root.section("material"));
     context.particle = &experiment.particle;
     if (rig) {

@@ -1,11 +1,14 @@
 #include "datasets/experiment/particle.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "datasets/scene/scene_particle.h"
+#include "datasets/store/plausible.h"
 
 namespace graintruth::datasets {
 
@@ -157,6 +160,53 @@ Particle particle_of(const SceneData& scene) {
   int count = static_cast<int>(scene.places.size());
   for (const SceneParticle& one : scene.particles) count += one.count;
   return particle_of(scene.particles.front(), count);
+}
+
+double narrowest_width(const Particle& particle, Passage passage) {
+  // The middle of the lowest class of 31 lies 2.14 standard deviations below the mean
+  constexpr double lowest_class = 2.2;
+  const double across = 2.0 * particle.half_width;
+  const double narrowest =
+      passage == Passage::in_one_layer ? across : std::min(across, particle.thickness);
+  return narrowest * std::max(0.0, 1.0 - lowest_class * particle.model.size.standard_deviation);
+}
+
+// The volume is at most that of the upright block around what is seen, and at least that of the
+// largest ball which has room in it.
+DensityBounds density_bounds(const Particle& particle) {
+  const double across = 2.0 * particle.half_width;
+  const double block = std::max(particle.seen_area, particle.length * across) * particle.thickness;
+  const double diameter = std::min(across, particle.thickness);
+  const double ball = std::numbers::pi / 6.0 * diameter * diameter * diameter;
+  if (!(particle.mass > 0.0) || !(ball > 0.0) || !(block > 0.0))
+    return {0.0, std::numeric_limits<double>::infinity()};
+  return {particle.mass / block, particle.mass / ball};
+}
+
+void check_density(TomlSection section,
+                   const Particle& particle,
+                   const std::filesystem::path& file,
+                   std::vector<std::string>& notes) {
+  const auto [lower, upper] = density_bounds(particle);
+  if (lower > densest_solid) {
+    section.fail(
+        section.key_of("mass", mass_units),
+        fmt::format("is {:.4g} g, which with this shape makes {:.4g} kg/m3 or more, but no "
+                    "solid has more than {:.0f} kg/m3; look at the units of both",
+                    1e3 * particle.mass,
+                    lower,
+                    densest_solid));
+  }
+  if (upper < lightest_solid) {
+    notes.push_back(fmt::format(
+        "{}: particle.{} is {:.4g} g, which with this shape makes {:.4g} kg/m3 or less, but solids "
+        "have {:.0f} kg/m3 or more; look at the units of both.",
+        file.string(),
+        section.key_of("mass", mass_units),
+        1e3 * particle.mass,
+        upper,
+        lightest_solid));
+  }
 }
 
 double largest_radius(const SceneParticle& model) {

@@ -61,4 +61,22 @@ Particle particle_of(const SceneData& scene);
 // Of any sphere of the model, or half its width, m.
 double largest_radius(const SceneParticle& model);
 
+// m: no grain passes an opening that is narrower. Across the picture, or in three dimensions across
+// its panes too; of grains of several sizes, of the smallest.
+enum class Passage { in_one_layer, in_three_dimensions };
+double narrowest_width(const Particle& particle, Passage passage);
+
+// kg/m3, as far as the shape tells without a calculation of its volume; 0 and infinity where it
+// tells nothing, or no mass is stated.
+struct DensityBounds {
+  double lower = 0.0, upper = 0.0;
+};
+DensityBounds density_bounds(const Particle& particle);
+
+// Throws InputError at the mass where no solid is so dense. Notes a density below that of solids.
+void check_density(TomlSection section,
+                   const Particle& particle,
+                   const std::filesystem::path& file,
+                   std::vector<std::string>& notes);
+
 }  // namespace graintruth::datasets

@@ -42,10 +42,13 @@ std::map<std::string, Curve> read_curves(const std::filesystem::path& file,
       times.push_back(time * column->unit.in_si - event_time);
     for (std::size_t row = 1; row < times.size(); ++row) {
       if (times[row] > times[row - 1]) continue;
-      throw InputError(fmt::format("{}:{}: column '{}' does not rise; rows are in order of time.",
-                                   file.string(),
-                                   table.line(row),
-                                   time_column));
+      throw InputError(
+          fmt::format("{}:{}: column '{}' does not rise: {} after {}; rows are in order of time.",
+                      file.string(),
+                      table.line(row),
+                      time_column,
+                      table.text(row, time_column),
+                      table.text(row - 1, time_column)));
     }
   } else if (table.rows() != 1) {
     throw InputError(fmt::format(

@@ -270,11 +270,34 @@ class TrackReader {
     return axis(*found);
   }
 
+  // What is seen has an uncertainty above 0, where the file tells any.
+  void require_uncertainty(std::size_t row,
+                           const std::string& column,
+                           double uncertainty,
+                           double value) const {
+    if (!std::isfinite(value) || (std::isfinite(uncertainty) && uncertainty > 0.0)) return;
+    fail(row,
+         fmt::format(
+             "column '{}' is {}, but an uncertainty above 0 is needed in every row. Write it, "
+             "or leave the whole column out",
+             column,
+             std::isnan(uncertainty) ? "empty" : table_.text(row, column)));
+  }
+
   void fill() {
     const auto right_error = error_axis(columns::right_error);
     const auto vertical_error = error_axis(columns::height_error);
     const auto angle_error = find_column(table_, columns::direction_error);
     const bool uncertain = right_error && vertical_error;
+    if (!uncertain && (right_error || vertical_error || angle_error)) {
+      throw InputError(
+          fmt::format("{}: column '{}' tells an uncertainty, but not that of both coordinates; "
+                      "give sigma_x and sigma_z, or ep for both, or leave it out.",
+                      table_.file().string(),
+                      right_error      ? right_error->column
+                      : vertical_error ? vertical_error->column
+                                       : angle_error->column));
+    }
     const bool scored = table_.has("score");
     result_.tracks = make_trajectories(times_.size(), particles_, uncertain);
     Trajectories& tracks = result_.tracks;
@@ -305,6 +328,11 @@ class TrackReader {
           metres(*right_error),
           metres(*vertical_error),
           angle_error ? table_.number(row, angle_error->column) * angle_error->unit.in_si : nan};
+      require_uncertainty(row, right_error->column, tracks.sigmas[i].x, tracks.poses[i].x);
+      require_uncertainty(row, vertical_error->column, tracks.sigmas[i].z, tracks.poses[i].z);
+      if (angle_error)
+        require_uncertainty(
+            row, angle_error->column, tracks.sigmas[i].angle, tracks.poses[i].angle);
       tracks.scores[i] = scored ? table_.number(row, "score") : 1.0;
     }
   }

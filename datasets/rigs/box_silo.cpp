@@ -53,6 +53,8 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
         length_units,
         fmt::format("is {:.4g} mm, but the box is only {:.4g} mm wide", 1e3 * slot, 1e3 * width));
   }
+  if (slot > 0.0)
+    require_passage(section, "slot_width", slot, *context.particle, Passage::in_three_dimensions);
   const double filled = room_for(*context.particle, width, depth);
   if (!(filled > 0.0)) {
     keys.fail(keys.key_of("box_width", length_units),

@@ -25,7 +25,7 @@ std::vector<Wall> walls_of(double width, double height, double orifice) {
   return walls;
 }
 
-void read(RigSection& section, const RigContext&, Rig& rig) {
+void read(RigSection& section, const RigContext& context, Rig& rig) {
   TomlSection& keys = section.rig();
   const double width = keys.quantity("bin_width", length_units, positive);
   const double height = keys.quantity("bin_height", length_units, positive);
@@ -37,6 +37,8 @@ void read(RigSection& section, const RigContext&, Rig& rig) {
         length_units,
         fmt::format("is {:.4g} mm, wider than the bin of {:.4g} mm", 1e3 * orifice, 1e3 * width));
   }
+  if (context.particle != nullptr && orifice > 0.0)
+    require_passage(section, "orifice_width", orifice, *context.particle, Passage::in_one_layer);
   rig.walls = walls_of(width, height, orifice);
   rig.bed = {.left_x = -0.5 * width, .right_x = 0.5 * width, .height = height};
   if (orifice > 0.0) rig.opening = {.left_x = -0.5 * orifice, .right_x = 0.5 * orifice};

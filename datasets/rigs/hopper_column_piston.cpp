@@ -11,6 +11,8 @@ namespace {
 void read(RigSection& section, const RigContext& context, Rig& rig) {
   TomlSection& keys = section.rig();
   const double half = 0.5 * keys.quantity("column_width", length_units, positive);
+  if (context.particle != nullptr)
+    require_passage(section, "column_width", 2.0 * half, *context.particle, Passage::in_one_layer);
   const double depth = keys.quantity("column_depth", length_units, positive);
   const double slope = keys.quantity("slope_angle", angle_units, positive);
   const double height = keys.quantity("slope_height", length_units, positive);

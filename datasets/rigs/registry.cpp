@@ -68,6 +68,22 @@ void RigSection::fail(std::string_view stem, Units units, std::string_view compl
   section.fail(fmt::format("{}_{}", stem, units.front().suffix), complaint);
 }
 
+void require_passage(RigSection& section,
+                     std::string_view stem,
+                     double width,
+                     const Particle& particle,
+                     Passage passage) {
+  const double narrowest = narrowest_width(particle, passage);
+  if (width > narrowest) return;
+  section.fail(
+      stem,
+      length_units,
+      fmt::format("is {:.4g} mm, but a particle is {:.4g} mm wide where it is narrowest, so "
+                  "none gets through",
+                  1e3 * width,
+                  1e3 * narrowest));
+}
+
 Rig read_rig(TomlSection section, TomlSection* replicate, const RigContext& context) {
   const RigKind& kind = rig_kind_named(section);
   Rig rig{.kind = std::string(kind.name), .brings_grains = kind.brings_grains};

@@ -42,6 +42,13 @@ struct RigContext {
   std::vector<std::string>* notes = nullptr;             // sentences on how they were understood
 };
 
+// Says at the setting of a width (m), by its stem, that no grain gets through, where that is so.
+void require_passage(RigSection& section,
+                     std::string_view stem,
+                     double width,
+                     const Particle& particle,
+                     Passage passage);
+
 struct RigKind {
   std::string_view name;
   std::string_view meaning;  // "flat V hopper above a column in which a piston sinks"

@@ -182,14 +182,15 @@ TEST_F(CheckAndNew, CheckLinesUpParametersHoweverLongTheirNames) {
 
 TEST_F(CheckAndNew, CheckDoubtsWhatIsUnusual) {
   write_tracks_of_truth(folder_);
-  std::string text = with(track_experiment(), "mass_g = 142", "mass_kg = 142");
+  std::string text = with(track_experiment(), "mass_g = 142", "mass_g = 1.42");
   text = with(text, "front_back_gap_mm = 46", "front_back_gap_mm = 40");
   text = with(text, "{lower = 0.0, upper = 0.6}", "{lower = 0.0, upper = 0.3}");
   text = with(text, "[[replicate]]\ntracks = \"rep5.csv\"\n", "");
   const ProgramOutcome check =
       run_program({"check", folder_.write("experiment.toml", text), "--out", out()});
   EXPECT_EQ(check.status, 0) << check.err;
-  for (const char* part : {"density", "closer together", "0.36 of friction", "4 replicates"})
+  for (const char* part :
+       {"solids have 100 kg/m3", "closer together", "0.36 of friction", "4 replicates"})
     EXPECT_TRUE(contains(check.out, part)) << part << " is not in:\n" << check.out;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 
 #include "tests/support/read_rows.h"
 
@@ -117,6 +118,19 @@ TEST(Beverloo, IntervalsCover) {
   EXPECT_LE(with_C, 970);
   EXPECT_GE(with_k, 930);
   EXPECT_LE(with_k, 970);
+}
+
+TEST(Beverloo, UncertaintiesAreOfAllOrOfNone) {
+  std::vector<DischargeRate> rates;
+  for (const double orifice : {0.02, 0.03, 0.04, 0.05}) {
+    DischargeRate at{.orifice = orifice, .density = 1450.0, .particle_diameter = 0.003};
+    at.rate = beverloo_rate(BeverlooLaw::circular, at, 0.58, 1.4, 9.81);
+    at.standard_uncertainty = 0.01 * at.rate;
+    rates.push_back(at);
+  }
+  EXPECT_NO_THROW(fit_beverloo(BeverlooLaw::circular, rates, 9.81));
+  rates[1].standard_uncertainty = 0.0;
+  EXPECT_THROW(fit_beverloo(BeverlooLaw::circular, rates, 9.81), std::invalid_argument);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 namespace graintruth::calibrate {
@@ -93,6 +94,31 @@ TEST(Kinematic, IntervalIsOpenWhereTheProfileIsFlat) {
   const KinematicFit fit = fit_kinematic(samples, {.height = 0.09});
   EXPECT_TRUE(std::isinf(fit.upper));
   EXPECT_GT(fit.lower, 0.0);
+}
+
+TEST(Kinematic, SaysWhereNoBFits) {
+  const KinematicOptions options{.height = 0.09, .orifice = 0.05};
+  std::mt19937 random(1);
+  EXPECT_TRUE(fit_kinematic(profile(options, 0.012, 0.4, 0.0, random), options).converged);
+  std::vector<VelocitySample> flat, needle;
+  for (int i = -6; i <= 6; ++i) {
+    flat.push_back({0.0115 * i, 0.1, 0.0});
+    needle.push_back({0.0115 * i, std::abs(i) <= 2 ? 0.1 : 0.0, 0.0});
+  }
+  EXPECT_FALSE(fit_kinematic(flat, options).converged);
+  EXPECT_TRUE(fit_kinematic(flat, options).is_too_flat);
+  EXPECT_FALSE(fit_kinematic(needle, options).converged);
+  EXPECT_FALSE(fit_kinematic(needle, options).is_too_flat);
+}
+
+TEST(Kinematic, UncertaintiesAreOfAllOrOfNone) {
+  const KinematicOptions options{.height = 0.09, .orifice = 0.05};
+  std::mt19937 random(1);
+  std::vector<VelocitySample> samples = profile(options, 0.012, 0.4, 0.0, random);
+  for (VelocitySample& sample : samples) sample.standard_uncertainty = 0.01;
+  EXPECT_NO_THROW(fit_kinematic(samples, options));
+  samples[3].standard_uncertainty = 0.0;
+  EXPECT_THROW(fit_kinematic(samples, options), std::invalid_argument);
 }
 
 }  // namespace

@@ -234,6 +234,24 @@ TEST(LeastSquares, ALinearLawHasItsAnswerAtOnce) {
   }
 }
 
+// A polynomial of the tenth degree far from 0, certified by rational numbers: the first and the
+// last of eleven parameters.
+TEST(LeastSquares, ALinearLawMayBeIllConditioned) {
+  const auto residuals = [](const Vector& b) {
+    Vector result(82);
+    for (int i = 0; i < 82; ++i) {
+      const double x = -(310 + 7 * i) / 100.0;
+      result[i] = (8000 + (37 * i * i + 11 * i * i * i) % 60) / 10000.0;
+      for (int power = 0; power <= 10; ++power) result[i] -= b[power] * std::pow(x, power);
+    }
+    return result;
+  };
+  const LeastSquaresFit fit = fit_least_squares(residuals, Vector::Constant(11, 1.0));
+  EXPECT_TRUE(fit.converged);
+  EXPECT_GE(digits(fit.parameters[0], -1.97366960522869030e+2), 7.0);
+  EXPECT_GE(digits(fit.parameters[10], -5.36246675651446412e-6), 7.0);
+}
+
 TEST(LeastSquares, KnownErrorsAreNotRescaled) {
   // A mean of n values with known error s: standard error s / sqrt(n), whatever the scatter
   const std::vector<double> values = {1.0, 5.0, 3.0, 7.0};

@@ -154,6 +154,12 @@ TEST(LoadExperiment, ImpossiblePhysicsIsRefused) {
       complaint_about("friction_particle_particle = 0.36", "friction_particle_particle = -0.1"),
       "friction");
   EXPECT_CONTAINS(complaint_about("restitution = 0.83", "restitution = 1.2"), "restitution");
+  for (const char* none : {"0", "-0.1", "nan"}) {
+    EXPECT_CONTAINS(
+        complaint_about("restitution = 0.83",
+                        std::string("restitution = 0.83\nrestitution_uncertainty = ") + none),
+        "restitution_uncertainty");
+  }
   EXPECT_CONTAINS(complaint_about("poisson_ratio = 0.35", "poisson_ratio = 0.5"), "Poisson");
   EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = 0"), "above 0");
   EXPECT_CONTAINS(complaint_about("mass_g = 142", "mass_g = nan"), "mass_g");

@@ -274,5 +274,41 @@ TEST(TrackFile, UnusableOnesAreRefusedWithTheirLine) {
   refused("y,x,time_s,particle\n1,1,0,0\n1,1,nan,0\n", {"t.csv:3:", "'time_s'", "empty"});
 }
 
+// An uncertainty that is none would count for nothing, or for everything.
+TEST(TrackFile, UncertaintiesThatAreNoneAreRefusedWithTheirLine) {
+  const TemporaryFolder folder;
+  const auto sentence = [&](const std::string& header, const std::string& second) {
+    const auto file = folder.write("t.csv",
+                                   "time_s,particle,x_m,z_m,angle_rad," + header +
+                                       "\n0,1,0,0,0,0.1,0.1,0.01\n1,1,0,0,0," + second + "\n");
+    return complaint_about(file, {});
+  };
+  const std::string all = "sigma_x_m,sigma_z_m,sigma_angle_rad";
+  EXPECT_EQ(sentence(all, "0.1,0.1,0.01"), "");
+  for (const char* bad : {"", "0", "-0.1", "nan", "inf"}) {
+    const std::string value = bad;
+    expect_words(sentence(all, value + ",0.1,0.01"), {"t.csv:3:", "'sigma_x_m'", "above 0"});
+    expect_words(sentence(all, "0.1," + value + ",0.01"), {"t.csv:3:", "'sigma_z_m'", "above 0"});
+    expect_words(sentence(all, "0.1,0.1," + value), {"t.csv:3:", "'sigma_angle_rad'", "above 0"});
+    const auto file =
+        folder.write("ep.csv", "y,x,frame,particle,ep\n31,201,0,0,0.1\n31,201,1,0," + value + "\n");
+    expect_words(complaint_about(file, picture()), {"ep.csv:3:", "'ep'", "above 0"});
+  }
+  expect_words(sentence("sigma_x_m,one,other", "0.1,0.1,0.01"), {"t.csv: ", "'sigma_x_m'", "both"});
+  expect_words(sentence("one,sigma_z_m,other", "0.1,0.1,0.01"), {"t.csv: ", "'sigma_z_m'", "both"});
+  expect_words(sentence("one,other,sigma_angle_rad", "0.1,0.1,0.01"),
+               {"t.csv: ", "'sigma_angle_rad'", "both"});
+}
+
+// What is not known is written as nothing, and read so.
+TEST(TrackFile, TracksWithoutUncertaintiesAreReadBack) {
+  const TemporaryFolder folder;
+  Trajectories tracks = make_trajectories(2, 1, false);
+  tracks.time = {0.0, 1.0};
+  for (Pose& pose : tracks.poses) pose = {0.1, 0.2, 0.3};
+  write_tracks(folder / "t.csv", tracks);
+  EXPECT_TRUE(read_tracks(folder / "t.csv").sigmas.empty());
+}
+
 }  // namespace
 }  // namespace graintruth::datasets

@@ -170,7 +170,7 @@ TEST_F(TrackedFilmFile, TellsWhatIsWrongWithAStick) {
   EXPECT_CONTAINS(complaint(rod, std::string(stick) + "lenght_uncertainty_mm = 1\n"),
                   "did you mean 'length_uncertainty_mm'?");
   EXPECT_CONTAINS(complaint(rod, std::string(stick) + "length_uncertainty_mm = -1\n"),
-                  "a number not below 0");
+                  "a number above 0");
 }
 
 TEST_F(TrackedFilmFile, TellsWhatIsWrongWithAChessboard) {
