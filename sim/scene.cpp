@@ -112,6 +112,12 @@ int Scene::add_wall(const Wall& wall) {
   return static_cast<int>(walls.size()) - 1;
 }
 
+int Scene::next_wall_body() const {
+  int next = 0;
+  for (const Wall& wall : walls) next = std::max(next, wall.body + 1);
+  return next;
+}
+
 void check(const Scene& scene) {
   const int materials = static_cast<int>(scene.materials.size());
   for (const Material& material : scene.materials) check(material);

@@ -61,6 +61,8 @@ struct Scene {
                       const Vec2& velocity = Vec2::Zero(),
                       double picture_spin = 0.0);
   int add_wall(const Wall& wall);
+  // A number for Wall::body that no wall of the scene has.
+  int next_wall_body() const;
 };
 
 // Throws std::invalid_argument naming the part and the rule it breaks: an index out of range, a

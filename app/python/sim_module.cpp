@@ -181,12 +181,22 @@ void add_walls(py::module_& module) {
   py::class_<Wall>(module, "Wall")
       .def_readwrite("motion", &Wall::motion)
       .def_readwrite("drag", &Wall::drag)
-      .def_readwrite("opens_at", &Wall::opens_at);
+      .def_readwrite("opens_at", &Wall::opens_at)
+      .def_readwrite("body", &Wall::body);
   const auto motion = "motion"_a = WallMotion();
   const auto material = "material"_a = 0;
   module.def("segment_wall", &segment_wall, "start"_a, "end"_a, motion, material);
   module.def("plane_wall", &plane_wall, "point"_a, "normal"_a, motion, material);
   module.def("polygon_wall", &polygon_wall, "corners"_a, motion, material);
+  module.def(
+      "mesh_walls",
+      [](const std::vector<Vec3>& corners, int body, const WallMotion& motion, int material) {
+        return mesh_walls(corners, body, motion, material).facets;
+      },
+      "corners"_a,
+      "body"_a = 0,
+      motion,
+      material);
   module.def("disk_wall", &disk_wall, "centre"_a, "normal"_a, "radius"_a, motion, material);
   module.def("cylinder_wall", &cylinder_wall, "start"_a, "end"_a, "radius"_a, motion, material);
 }

@@ -136,6 +136,12 @@ void add_particle(const SceneParticle& particle, BuiltScene& built) {
     kind.types.push_back(built.scene.add_type(std::move(clump)));
   }
   const sim::Clump& clump = built.scene.types[kind.types.front()];
+  if (clump.merged_spheres > 0) {
+    built.warnings.push_back(
+        fmt::format("{} of the spheres of '{}' stand in it twice; they count once.",
+                    clump.merged_spheres,
+                    particle.name));
+  }
   const double length = 2.0 * built.enclosing[kind.types.front()].radius;
   if (!particle.spheres.empty() && clump.centre_in_input.norm() > noteworthy_offset * length) {
     built.warnings.push_back(fmt::format(
@@ -153,7 +159,9 @@ void add_particle(const SceneParticle& particle, BuiltScene& built) {
   built.kinds.push_back(std::move(kind));
 }
 
-std::vector<sim::Wall> walls_of(const SceneWall& wall) {
+// `body` is the number that parts of one rigid body get, `merged` the facets of a mesh that stood
+// in it before.
+std::vector<sim::Wall> walls_of(const SceneWall& wall, int body, int& merged) {
   using Kind = SceneWall::Kind;
   const auto& points = wall.points;
   switch (wall.kind) {
@@ -168,14 +176,21 @@ std::vector<sim::Wall> walls_of(const SceneWall& wall) {
     case Kind::cylinder:
       return {sim::cylinder_wall(points[0], points[1], wall.radius)};
     case Kind::mesh: {
-      std::vector<sim::Wall> facets;
-      for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
-        facets.push_back(sim::polygon_wall({points[i], points[i + 1], points[i + 2]}));
-      }
-      return facets;
+      sim::MeshWalls mesh = sim::mesh_walls(points, body);
+      merged = mesh.merged;
+      return mesh.facets;
     }
   }
   return {};
+}
+
+// The number of the rigid body of which a wall, or the facets of a mesh, are parts.
+int body_of_wall(const SceneData& file, std::size_t wall, const BuiltScene& built) {
+  for (std::size_t w = 0; w < built.owner.size(); ++w) {
+    const std::string& body = file.walls[built.owner[w]].body;
+    if (!body.empty() && body == file.walls[wall].body) return built.scene.walls[w].body;
+  }
+  return built.scene.next_wall_body();
 }
 
 sim::WallMotion motion_of(const datasets::SceneMotion& motion, double event) {
@@ -222,7 +237,10 @@ BuiltScene build_scene(const SceneData& file, const std::string& origin) {
   }
   for (std::size_t w = 0; w < file.walls.size(); ++w) {
     naming(origin, fmt::format("wall '{}': ", file.walls[w].name), [&] {
-      for (sim::Wall& wall : walls_of(file.walls[w])) {
+      int merged = 0;
+      const int body = body_of_wall(file, w, built);
+      for (sim::Wall& wall : walls_of(file.walls[w], body, merged)) {
+        if (!file.walls[w].body.empty()) wall.body = body;
         wall.material = file.walls[w].material;
         // Checked with its motion, which it gets at the event
         wall.motion = motion_of(file.walls[w].motion, 0.0);
@@ -236,6 +254,12 @@ BuiltScene build_scene(const SceneData& file, const std::string& origin) {
         wall.drag = {};
         built.scene.add_wall(wall);
         built.owner.push_back(static_cast<int>(w));
+      }
+      if (merged > 0) {
+        built.warnings.push_back(
+            fmt::format("{} of the facets of '{}' stand in it twice; they count once.",
+                        merged,
+                        file.walls[w].name));
       }
     });
   }

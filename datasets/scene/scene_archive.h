@@ -93,10 +93,10 @@ void list_fields(Archive& archive, SceneMotion& motion) {
 
 template <class Archive>
 void list_fields(Archive& archive, SceneWall& wall) {
-  auto& [name, material, kind, points, normal, radius, motion, drag, opens_at] = wall;
+  auto& [name, material, kind, points, normal, radius, motion, drag, opens_at, body] = wall;
   archive("name", name)("material", material)("shape", kind)("points_m", points);
   archive("normal", normal)("radius_m", radius)("motion", motion)("surface_motion", drag);
-  archive("opens_s", opens_at);
+  archive("opens_s", opens_at)("body", body);
 }
 
 template <class Archive>

@@ -322,6 +322,7 @@ std::vector<SceneWall> read_wall(TomlSection& section, SceneFile& scene) {
       index_of(section, "material", section.text("material"), names_of(scene.materials));
   const std::string shape = section.text("shape");
   read_motions(section, wall);
+  wall.body = section.optional_text("body").value_or("");
   if (shape == "box") return box_sides(section, wall);
   if (shape == "segment") {
     wall.kind = Kind::segment;
@@ -365,6 +366,13 @@ std::vector<SceneWall> read_walls(TomlSection& root, SceneFile& scene) {
       for (const SceneWall& other : walls) {
         if (other.name == wall.name) {
           section.fail("name", fmt::format("makes a second wall called '{}'", wall.name));
+        }
+        const bool moves_alike = other.motion == wall.motion && other.drag == wall.drag;
+        if (!wall.body.empty() && other.body == wall.body && !moves_alike) {
+          section.fail("body",
+                       fmt::format("makes one body of '{}' and '{}', which do not move alike",
+                                   other.name,
+                                   wall.name));
         }
       }
       walls.push_back(std::move(wall));

@@ -90,6 +90,7 @@ struct SceneMotion {
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero();             // m
   double start = 0.0;                                          // s
   double end = std::numeric_limits<double>::infinity();        // s
+  bool operator==(const SceneMotion&) const = default;
 };
 
 struct SceneWall {
@@ -105,6 +106,7 @@ struct SceneWall {
   SceneMotion motion;                                         // of the wall
   SceneMotion drag;                                           // of its surface alone
   double opens_at = std::numeric_limits<double>::infinity();  // s after the event
+  std::string body;  // walls with the same word are parts of one rigid body
 };
 
 // How the counted particles come in.

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "sim/engine/bodies.h"
 #include "sim/engine/columns.h"
+#include "sim/engine/wall_touches.h"
 #include "sim/laws/contact_law.h"
 
 namespace graintruth::sim {
@@ -38,6 +40,13 @@ struct RememberedContact {
 constexpr int kRowsTogether = 8;
 inline int whole_rows(int count) { return (count + kRowsTogether - 1) & -kRowsTogether; }
 
+// A contact of a body with the parts of a wall body, as the others of them see it.
+template <int D>
+struct WallPush {
+  typename Motion<D>::Vector normal;
+  double stiffness;  // N/m
+};
+
 template <int D>
 struct ContactBatch {
   int count = 0;
@@ -48,12 +57,13 @@ struct ContactBatch {
   std::array<int, kBatchRows> candidate;                // in the contact list
   std::array<int, kBatchRows> first_body, second_body;  // the second may be a wall
   std::array<int, kBatchRows> was_touching;             // kOpen, kTouching or kSliding
-  std::array<int, kBatchRows> pair;                     // index into the pair materials
-  BatchScalars group;             // contacts of the same two partners have the same number
-  BatchVectors<D> first_sphere;   // m; its centre
-  BatchVectors<D> second_sphere;  // m; its centre (not with walls)
-  BatchScalars radius;            // m; of the first sphere
-  BatchScalars second_radius;     // m; (not with walls)
+  std::array<int, kBatchRows> carries_on;  // with walls: the candidate whose spring goes on
+  std::array<int, kBatchRows> pair;        // index into the pair materials
+  BatchScalars group;                      // contacts of the same two partners have the same number
+  BatchVectors<D> first_sphere;            // m; its centre
+  BatchVectors<D> second_sphere;           // m; its centre (not with walls)
+  BatchScalars radius;                     // m; of the first sphere
+  BatchScalars second_radius;              // m; (not with walls)
   MotionColumns<D, BatchNumbers> first, second;  // a wall's is that of its point at the origin
   BatchScalars slip_time;     // s; how long the velocities have acted on this contact
   BatchScalars inverse_mass;  // 1/kg; 1/m*
@@ -81,6 +91,10 @@ struct ContactBatch {
 
   // Only of laws that need it
   std::array<RememberedContact<D>, kBatchRows> remembered;
+
+  // What touches walls, of the whole slab, and of one group
+  std::vector<WallTouch<D>> wall_touches;
+  std::vector<WallPush<D>> wall_pushes;
 };
 
 // m; from the centre of the first body to the contact point, in the middle of the overlap.

@@ -92,14 +92,13 @@ template <int D>
 // Rows between the same two partners lie side by side; they are numbered, copies at the end apart.
 // Without a branch: how long a group is nobody can foretell.
 template <int D>
-[[gnu::always_inline]] inline void number_groups(const Bodies<D>& bodies, ContactBatch<D>& batch) {
-  batch.longest_group = 1;
-  if (bodies.are_single_spheres) return;
+[[gnu::always_inline]] inline void number_groups(const int* first,
+                                                 const int* second,
+                                                 ContactBatch<D>& batch) {
   int group = 0, rows_of_group = 1;
   batch.group.set(0, 0.0);
   for (int k = 1; k < batch.count; ++k) {
-    const int change = (batch.first_body[k] ^ batch.first_body[k - 1]) |
-                       (batch.second_body[k] ^ batch.second_body[k - 1]);
+    const int change = (first[k] ^ first[k - 1]) | (second[k] ^ second[k - 1]);
     const int is_same = change == 0 ? 1 : 0;
     group += 1 - is_same;
     rows_of_group = (rows_of_group & -is_same) + 1;
@@ -185,7 +184,10 @@ template <int D>
     batch.second_body[k] = body_of[sphere[candidate[k]]];
   }
   gather_kinds(setting, bodies, batch);
-  number_groups(bodies, batch);
+  batch.longest_group = 1;
+  if (!bodies.are_single_spheres) {
+    number_groups(batch.first_body.data(), batch.second_body.data(), batch);
+  }
   gather_first(setting, list, bodies, batch);
   const PlacedSphere<D>* spheres = bodies.spheres.data();
   const BodyMotion<D>* motion = bodies.motion.data();
@@ -204,29 +206,39 @@ template <int D>
 [[gnu::always_inline]] inline void gather_walls_in(const ForceSetting& setting,
                                                    const ContactList<D>& list,
                                                    const Bodies<D>& bodies,
-                                                   const std::vector<BodyMotion<D>>& walls,
-                                                   const std::vector<int>& wall_materials,
+                                                   const WallSurfaces<D>& surfaces,
                                                    ContactBatch<D>& batch) {
   fill_up(batch);
   const int rows = whole_rows(batch.count);
+  std::array<int, kBatchRows> wall_body;
   for (int k = 0; k < rows; ++k) {
     const int candidate = batch.candidate[k];
     const int body = bodies.body_of_sphere[list.first_sphere[candidate]];
     const int wall = list.second[candidate];
     batch.first_body[k] = body;
     batch.second_body[k] = wall;
+    wall_body[k] = surfaces.bodies.of_wall[wall];
     const BodyKind<D>& kind = bodies.kind_of(body);
-    batch.pair[k] = kind.material * setting.material_count + wall_materials[wall];
+    batch.pair[k] = kind.material * setting.material_count + surfaces.material[wall];
     batch.inverse_mass.set(k, kind.inverse_mass);
   }
   batch.is_of_one_pair = are_equal(batch.pair.data(), rows);
-  number_groups(bodies, batch);
+  batch.longest_group = 1;
+  if (!bodies.are_single_spheres || !surfaces.bodies.are_all_alone) {
+    number_groups(batch.first_body.data(), wall_body.data(), batch);
+  }
   gather_first(setting, list, bodies, batch);
+  for (int k = 0; k < batch.count; ++k) {
+    const int before = batch.carries_on[k];
+    if (before == batch.candidate[k]) continue;
+    batch.spring.set(k, list.spring[before]);
+    if (list.remembers()) batch.remembered[k].memory = list.memory[before];
+  }
   for (int k = batch.count; k < rows; ++k) {
     batch.overlap.set(k, batch.overlap.at(batch.count - 1));
     batch.normal.set(k, batch.normal.at(batch.count - 1));
   }
-  const BodyMotion<D>* motion = walls.data();
+  const BodyMotion<D>* motion = surfaces.motion.data();
   const int* wall = batch.second_body.data();
   to_columns(
       rows,
@@ -306,10 +318,9 @@ GRAINTRUTH_FOR_EACH_PROCESSOR void gather_pairs(const ForceSetting& setting,
 GRAINTRUTH_FOR_EACH_PROCESSOR void gather_walls(const ForceSetting& setting,
                                                 const ContactList<2>& list,
                                                 const Bodies<2>& bodies,
-                                                const std::vector<BodyMotion<2>>& walls,
-                                                const std::vector<int>& wall_materials,
+                                                const WallSurfaces<2>& surfaces,
                                                 ContactBatch<2>& batch) {
-  gather_walls_in(setting, list, bodies, walls, wall_materials, batch);
+  gather_walls_in(setting, list, bodies, surfaces, batch);
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR void load_pairs(ContactBatch<2>& batch,
                                               Bodies<2>& bodies,
@@ -336,10 +347,9 @@ GRAINTRUTH_FOR_EACH_PROCESSOR void gather_pairs(const ForceSetting& setting,
 GRAINTRUTH_FOR_EACH_PROCESSOR void gather_walls(const ForceSetting& setting,
                                                 const ContactList<3>& list,
                                                 const Bodies<3>& bodies,
-                                                const std::vector<BodyMotion<3>>& walls,
-                                                const std::vector<int>& wall_materials,
+                                                const WallSurfaces<3>& surfaces,
                                                 ContactBatch<3>& batch) {
-  gather_walls_in(setting, list, bodies, walls, wall_materials, batch);
+  gather_walls_in(setting, list, bodies, surfaces, batch);
 }
 GRAINTRUTH_FOR_EACH_PROCESSOR void load_pairs(ContactBatch<3>& batch,
                                               Bodies<3>& bodies,

@@ -5,6 +5,7 @@
 #include "sim/engine/contact_batch.h"
 #include "sim/engine/contacts.h"
 #include "sim/engine/slab_loads.h"
+#include "sim/engine/wall_surfaces.h"
 
 namespace graintruth::sim {
 
@@ -39,18 +40,16 @@ void gather_pairs(const ForceSetting& setting,
                   const Bodies<3>& bodies,
                   ContactBatch<3>& batch);
 
-// The same at walls, whose points at the origin move as told. Overlap and normal are there already.
+// The same at walls. Overlap and normal are there already.
 void gather_walls(const ForceSetting& setting,
                   const ContactList<2>& list,
                   const Bodies<2>& bodies,
-                  const std::vector<BodyMotion<2>>& walls,
-                  const std::vector<int>& wall_materials,
+                  const WallSurfaces<2>& surfaces,
                   ContactBatch<2>& batch);
 void gather_walls(const ForceSetting& setting,
                   const ContactList<3>& list,
                   const Bodies<3>& bodies,
-                  const std::vector<BodyMotion<3>>& walls,
-                  const std::vector<int>& wall_materials,
+                  const WallSurfaces<3>& surfaces,
                   ContactBatch<3>& batch);
 
 // Action and reaction; on the first bodies alone.

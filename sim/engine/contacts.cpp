@@ -118,6 +118,7 @@ void ContactList<D>::close_group() {
 template <int D>
 void ContactSearch<D>::find(const Bodies<D>& bodies,
                             const std::vector<Wall>& walls,
+                            const WallBodies& wall_bodies,
                             double margin,
                             Team& team,
                             std::vector<ContactList<D>>& between_bodies,
@@ -135,7 +136,7 @@ void ContactSearch<D>::find(const Bodies<D>& bodies,
     const SlabRange range = slab_range(slab, bodies.count());
     Desk& desk = desks_[worker];
     find_pairs(bodies, margin, range, desk, between_bodies[slab]);
-    find_walls(bodies, walls, margin, range, desk.fresh, with_walls[slab]);
+    find_walls(bodies, walls, wall_bodies, margin, range, desk.fresh, with_walls[slab]);
   });
 }
 
@@ -159,6 +160,7 @@ void ContactSearch<D>::find_pairs(const Bodies<D>& bodies,
 template <int D>
 void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   const std::vector<Wall>& walls,
+                                  const WallBodies& wall_bodies,
                                   double margin,
                                   const SlabRange& slab,
                                   ContactList<D>& fresh,
@@ -166,7 +168,10 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
   begin_list(list, fresh);
   for (int i = slab.begin; i < slab.end; ++i) {
     const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
-    for (int w = 0; w < static_cast<int>(walls.size()); ++w) {
+    int of_group = -1;
+    for (const int w : wall_bodies.order) {
+      if (wall_bodies.of_wall[w] != of_group) fresh.close_group();
+      of_group = wall_bodies.of_wall[w];
       const double reach = bodies.kind_of(i).bounding_radius + margin;
       if (wall_boxes_[w].distance_bound(centre) >= reach) continue;
       if (look_at(walls[w], centre).distance >= reach) continue;
@@ -175,11 +180,12 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
         const Vec3 point = to_space(to_eigen(sphere.centre), bodies.layer);
         if (look_at(walls[w], point).distance < sphere.radius + margin) fresh.add(s, w);
       }
-      fresh.close_group();
     }
+    fresh.close_group();
   }
-  const auto order = [&body = bodies.body_of_sphere](int first, int wall) {
-    return std::tuple(body[first], wall, first);
+  const auto order = [&body = bodies.body_of_sphere, &rank = wall_bodies.rank](int first,
+                                                                               int wall) {
+    return std::tuple(body[first], rank[wall], first);
   };
   finish_list(order, fresh, list);
 }

@@ -14,8 +14,8 @@
 namespace graintruth::sim {
 
 // Candidates [begin, end) that are gathered into one batch. A group, all candidates between the
-// same two bodies or between a body and a wall, is gathered as a whole, unless it is too large for
-// a batch; the range then is a part of it.
+// same two bodies or between a body and the walls of one body, is gathered as a whole, unless it is
+// too large for a batch; the range then is a part of it.
 struct CandidateRange {
   int begin, end;
   bool is_part;
@@ -57,6 +57,7 @@ class ContactSearch {
  public:
   void find(const Bodies<D>& bodies,
             const std::vector<Wall>& walls,
+            const WallBodies& wall_bodies,
             double margin,
             Team& team,
             std::vector<ContactList<D>>& between_bodies,
@@ -75,6 +76,7 @@ class ContactSearch {
                   ContactList<D>& list) const;
   void find_walls(const Bodies<D>& bodies,
                   const std::vector<Wall>& walls,
+                  const WallBodies& wall_bodies,
                   double margin,
                   const SlabRange& slab,
                   ContactList<D>& fresh,

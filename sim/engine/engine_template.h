@@ -308,6 +308,7 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
   skin_ = options.skin > 0.0 ? options.skin : engine_detail::kFirstSkin * smallest_radius;
   limit_.move = options.largest_move * smallest_radius;
   wall_surfaces_.resize(scene.walls.size());
+  wall_surfaces_.bodies = bodies_of_walls(scene.walls);
   for (std::size_t w = 0; w < scene.walls.size(); ++w) {
     wall_surfaces_.material[w] = scene.walls[w].material;
   }
@@ -691,7 +692,7 @@ void Engine<D>::narrow_skin() {
 
 template <int D>
 void Engine<D>::find_contacts() {
-  search_.find(bodies_, walls_, skin_, *team_, between_, with_walls_);
+  search_.find(bodies_, walls_, wall_surfaces_.bodies, skin_, *team_, between_, with_walls_);
   searched_position_.resize(bodies_.count());
   for (int i = 0; i < bodies_.count(); ++i) searched_position_[i] = bodies_.motion[i].position;
   if (!bodies_.are_balls) searched_turns_ = orientations_of(bodies_.turns);

@@ -4,12 +4,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <vector>
 
 #include "sim/engine/contact_kernel.h"
 #include "sim/engine/contact_rows.h"
 #include "sim/engine/contacts.h"
+#include "sim/engine/wall_surfaces.h"
 
 namespace graintruth::sim {
 
@@ -33,24 +35,6 @@ struct StepOnly {
   void operator()(const BatchView<D>&) const {}
 };
 
-// The surfaces of the walls.
-template <int D>
-struct WallSurfaces {
-  // Of the point at the origin, as if the wall were a body there: at p its velocity is
-  // velocity + spin x p
-  std::vector<BodyMotion<D>> motion;
-  std::vector<int> material;
-  std::vector<char> turns;        // else the spins are zero and the torque is not summed
-  std::vector<WallLoad<D>> load;  // of the last step
-
-  void resize(std::size_t count) {
-    motion.resize(count, BodyMotion<D>{});
-    material.resize(count);
-    turns.resize(count, 0);
-    load.resize(count);
-  }
-};
-
 namespace detail {
 
 template <int D>
@@ -60,66 +44,43 @@ inline void note_overlap(const ContactBatch<D>& batch, int k, bool wall, Overlap
   trouble = {true, batch.first_body[k], batch.second_body[k], wall, overlap};
 }
 
-// Whether the rim of a wall at which a sphere touches is part of another wall that has the contact.
-// That wall is among the candidates of the same body, which lie side by side.
+// The rows of the touches of the candidates of a range.
 template <int D>
-bool edge_belongs_to_another(const std::vector<Wall>& walls,
-                             const Bodies<D>& bodies,
-                             const ContactList<D>& list,
-                             int candidate,
-                             const Vec3& centre) {
-  const auto body_of = [&](int c) { return bodies.body_of_sphere[list.first_sphere[c]]; };
-  const int body = body_of(candidate), wall = list.second[candidate];
-  int first = candidate;
-  while (first > 0 && body_of(first - 1) == body) --first;
-  int last_seen = wall;
-  for (int c = first; c < list.count() && body_of(c) == body; ++c) {
-    const int other = list.second[c];
-    if (other == wall || other == last_seen) continue;
-    last_seen = other;
-    if (edge_belongs_to(walls[other], other < wall, walls[wall], centre)) return true;
-  }
-  return false;
-}
-
-// The rows of spheres that touch walls, which are where `walls` says: overlap and normal.
-template <int D>
-void find_touching_walls(const CandidateRange& range,
-                         bool commits,
-                         const std::vector<Wall>& walls,
-                         const Bodies<D>& bodies,
-                         ContactList<D>& list,
-                         ContactBatch<D>& batch) {
+void take_touches(const CandidateRange& range,
+                  bool commits,
+                  ContactList<D>& list,
+                  ContactBatch<D>& batch) {
   batch.count = 0;
-  for (int c = range.begin; c < range.end; ++c) {
-    const PlacedSphere<D>& sphere = bodies.spheres[list.first_sphere[c]];
-    const Vec3 centre = to_space(to_eigen(sphere.centre), bodies.layer);
-    const WallView view = look_at(walls[list.second[c]], centre);
-    const double overlap = sphere.radius - view.distance;
-    const bool touches =
-        overlap > 0.0 && !(view.is_edge && edge_belongs_to_another(walls, bodies, list, c, centre));
-    const int was_touching = list.is_touching[c];
-    if (commits) list.is_touching[c] = touches ? kTouching : kOpen;
-    if (!touches) continue;
+  if (commits) {
+    std::fill(list.is_touching.begin() + range.begin, list.is_touching.begin() + range.end, kOpen);
+  }
+  const auto is_before = [](const WallTouch<D>& touch, int candidate) {
+    return touch.candidate < candidate;
+  };
+  const auto& touches = batch.wall_touches;
+  for (auto touch = std::lower_bound(touches.begin(), touches.end(), range.begin, is_before);
+       touch != touches.end() && touch->candidate < range.end;
+       ++touch) {
+    if (commits) list.is_touching[touch->candidate] = kTouching;
     const int k = batch.count++;
-    batch.candidate[k] = c;
-    batch.was_touching[k] = was_touching;
-    batch.overlap.set(k, overlap);
-    batch.normal.set(k, plain(to_motion<D>(view.direction)));
+    batch.candidate[k] = touch->candidate;
+    batch.carries_on[k] = touch->carries_on;
+    batch.was_touching[k] = touch->was_touching;
+    batch.overlap.set(k, touch->overlap);
+    batch.normal.set(k, touch->normal);
   }
 }
 
 // Candidates of the group of which the range is a part.
 template <int D>
 CandidateRange whole_group(const CandidateRange& part,
-                           bool with_walls,
+                           const std::vector<int>& body_of_second,
                            const Bodies<D>& bodies,
                            const ContactList<D>& list) {
   const auto& body = bodies.body_of_sphere;
   const auto is_of_group = [&](int c) {
-    const int second = list.second[c], of_part = list.second[part.begin];
     return body[list.first_sphere[c]] == body[list.first_sphere[part.begin]] &&
-           (with_walls ? second == of_part : body[second] == body[of_part]);
+           body_of_second[list.second[c]] == body_of_second[list.second[part.begin]];
   };
   CandidateRange whole = part;
   while (whole.begin > 0 && is_of_group(whole.begin - 1)) --whole.begin;
@@ -127,30 +88,62 @@ CandidateRange whole_group(const CandidateRange& part,
   return whole;
 }
 
-// Sums over a group that is spread over several batches. `gather` fills a batch without committing
-// anything.
-template <int D, class Gather>
-void sum_spread_group(const CandidateRange& group, const Gather& gather, ContactBatch<D>& batch) {
-  double stiffness = 0.0, number = 0.0;
+// Visits the rows of a group that is spread over several batches. `gather` fills a batch without
+// committing anything.
+template <int D, class Gather, class Visit>
+void visit_spread_group(const CandidateRange& group,
+                        const Gather& gather,
+                        ContactBatch<D>& batch,
+                        const Visit& visit) {
+  double number = 0.0;
   for (int begin = group.begin; begin < group.end; begin += kBatchRows - 1) {
     gather(CandidateRange{begin, std::min(begin + kBatchRows - 1, group.end), true});
-    for (int k = 0; k < batch.count; ++k) stiffness += batch.stiffness.at(k);
+    for (int k = 0; k < batch.count; ++k) visit(k);
     number += batch.count;
   }
-  batch.sum_of_stiffness.value.fill(stiffness);
   batch.contact_count.value.fill(number);
 }
 
-// Sums over groups of which all rows are in the batch. Their number is asked for by one law alone.
+// Rows of groups all of which are in the batch. Their number is asked for by one law alone.
 template <int D, class Law>
-void sum_whole_groups(const Law& law, ContactBatch<D>& batch) {
-  sum_groups(batch);
+void count_whole_groups(const Law& law, ContactBatch<D>& batch) {
   if (law.sharing != DampingSharing::inv_n) return;
   if (batch.longest_group == 1) {
     batch.contact_count.value.fill(1.0);
     return;
   }
   count_groups(batch.count, batch.group.value.data(), batch.contact_count.value.data());
+}
+
+template <int D>
+WallPush<D> wall_push(const ContactBatch<D>& batch, int k) {
+  return {batch.normal.at(k), batch.stiffness.at(k)};
+}
+
+// Each of them shares the damping with the others as far as they push along its line:
+//   K_i = sum_j k_j |n_i . n_j|
+// On one plane that is the sum of all, in a corner of right angles each is alone, and of two equal
+// ones at any angle it is k (1 + |cos|), the stiffness along the line between them.
+template <int D>
+double stiffness_along(typename Motion<D>::Vector normal, const std::vector<WallPush<D>>& group) {
+  double sum = 0.0;
+  for (const WallPush<D>& push : group) sum += push.stiffness * std::abs(dot(push.normal, normal));
+  return sum;
+}
+template <int D>
+void sum_wall_groups(ContactBatch<D>& batch) {
+  std::copy_n(batch.stiffness.value.begin(), batch.count, batch.sum_of_stiffness.value.begin());
+  if (batch.longest_group == 1) return;
+  std::vector<WallPush<D>>& group = batch.wall_pushes;
+  for (int begin = 0, end = 0; begin < batch.count; begin = end) {
+    group.clear();
+    for (; end < batch.count && batch.group.at(end) == batch.group.at(begin); ++end) {
+      group.push_back(wall_push(batch, end));
+    }
+    for (int k = begin; k < end && end - begin > 1; ++k) {
+      batch.sum_of_stiffness.set(k, stiffness_along<D>(batch.normal.at(k), group));
+    }
+  }
 }
 
 // Looks for overlaps that are too deep, as shares of the smaller radius.
@@ -227,11 +220,19 @@ void add_pair_forces(const Law& law,
   for (const CandidateRange& range : list.ranges) {
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) { gather(part, false); };
-      detail::sum_spread_group(detail::whole_group(range, false, bodies, list), look, batch);
+      double stiffness = 0.0;
+      detail::visit_spread_group(
+          detail::whole_group(range, bodies.body_of_sphere, bodies, list), look, batch, [&](int k) {
+            stiffness += batch.stiffness.at(k);
+          });
+      batch.sum_of_stiffness.value.fill(stiffness);
     }
     gather(range, Observer::commits);
     if (batch.count == 0) continue;
-    if (!range.is_part) detail::sum_whole_groups(law, batch);
+    if (!range.is_part) {
+      sum_groups(batch);
+      detail::count_whole_groups(law, batch);
+    }
     detail::look_for_deep_overlap(setting, batch, false, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), false});
@@ -255,20 +256,32 @@ void add_wall_forces(const Law& law,
                      SlabLoads<D>& slab,
                      Observer& observe) {
   const auto gather = [&](const CandidateRange& range, bool commits) {
-    detail::find_touching_walls(range, commits, walls, bodies, list, batch);
+    detail::take_touches(range, commits, list, batch);
     if (batch.count == 0) return;
-    gather_walls(setting, list, bodies, surfaces.motion, surfaces.material, batch);
+    gather_walls(setting, list, bodies, surfaces, batch);
     find_wall_stiffness(*setting.pairs, batch);
     detail::use_linear_stiffness(law, batch);
   };
+  find_wall_touches(walls, surfaces.bodies, bodies, list, batch.wall_touches);
   for (const CandidateRange& range : list.ranges) {
+    std::vector<WallPush<D>> of_group;
     if (range.is_part) {
       const auto look = [&](const CandidateRange& part) { gather(part, false); };
-      detail::sum_spread_group(detail::whole_group(range, true, bodies, list), look, batch);
+      detail::visit_spread_group(detail::whole_group(range, surfaces.bodies.of_wall, bodies, list),
+                                 look,
+                                 batch,
+                                 [&](int k) { of_group.push_back(detail::wall_push(batch, k)); });
     }
     gather(range, Observer::commits);
     if (batch.count == 0) continue;
-    if (!range.is_part) detail::sum_whole_groups(law, batch);
+    if (range.is_part) {
+      for (int k = 0; k < batch.count; ++k) {
+        batch.sum_of_stiffness.set(k, detail::stiffness_along<D>(batch.normal.at(k), of_group));
+      }
+    } else {
+      detail::sum_wall_groups(batch);
+      detail::count_whole_groups(law, batch);
+    }
     detail::look_for_deep_overlap(setting, batch, true, slab.trouble);
     apply_law(law, *setting.pairs, batch);
     observe(BatchView<D>{batch, list, *setting.pairs, as_chosen(law), true});

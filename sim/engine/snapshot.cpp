@@ -9,7 +9,7 @@
 namespace graintruth::sim {
 namespace {
 
-constexpr std::string_view kMagic = "GTSNAP02";
+constexpr std::string_view kMagic = "GTSNAP03";
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
   std::uint64_t hash = 14695981039346656037ull;
@@ -115,7 +115,7 @@ void walk_wall(Archive& archive, SomeWall& wall) {
   for (auto& corner : wall.corners) walk_vector(archive, corner);
   walk_motion(archive, wall.motion);
   walk_motion(archive, wall.drag);
-  walk(archive, wall.opens_at, wall.material);
+  walk(archive, wall.opens_at, wall.material, wall.body);
 }
 
 template <class Archive, class Contacts>

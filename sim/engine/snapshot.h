@@ -65,7 +65,7 @@ Snapshot without_bodies(const Snapshot& snapshot,
                         std::span<const char> gone,
                         std::span<const std::int64_t> first_sphere);
 
-// The eight letters "GTSNAP02"; then the members of Snapshot in their order, integers as 64-bit and
+// The eight letters "GTSNAP03"; then the members of Snapshot in their order, integers as 64-bit and
 // numbers as IEEE 754 doubles, both little-endian; a vector is its length and its elements, and so
 // is every member of an element; at the end the FNV-1a hash (64 bits) of all bytes before it.
 std::vector<std::byte> to_bytes(const Snapshot& snapshot);

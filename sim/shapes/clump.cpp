@@ -39,6 +39,22 @@ Mat3 principal_axes(const Mat3& inertia) {
   return axes;
 }
 
+// Spheres that differ by less than this share of their radius are one: what is left of a place or a
+// radius that was written down with nine digits.
+constexpr double kTwinTolerance = 1e-9;
+
+void merge_twins(std::vector<ElementSphere>& spheres) {
+  std::vector<ElementSphere> single;
+  for (const ElementSphere& sphere : spheres) {
+    const bool is_twin = std::any_of(single.begin(), single.end(), [&](const ElementSphere& other) {
+      return (sphere.centre - other.centre).norm() + std::abs(sphere.radius - other.radius) <=
+             kTwinTolerance * sphere.radius;
+    });
+    if (!is_twin) single.push_back(sphere);
+  }
+  spheres = std::move(single);
+}
+
 }  // namespace
 
 Clump make_clump(std::vector<ElementSphere> spheres, const MassChoice& choice, int material) {
@@ -49,6 +65,9 @@ Clump make_clump(std::vector<ElementSphere> spheres, const MassChoice& choice, i
                                   " m, must be above 0");
     }
   }
+  const std::size_t given = spheres.size();
+  merge_twins(spheres);
+
   // 1. Mass properties of the union at density 1
   const MassProperties shape = mass_properties_of_union(spheres);
 
@@ -71,6 +90,7 @@ Clump make_clump(std::vector<ElementSphere> spheres, const MassChoice& choice, i
   clump.centre_in_input = shape.centre;
   clump.input_from_body = Quat(axes);
   clump.material = material;
+  clump.merged_spheres = static_cast<int>(given - clump.spheres.size());
 
   // 4. Mass and inertia
   if (choice.mass) {

@@ -46,10 +46,12 @@ struct Clump {
   double bounding_radius = 0.0;         // m, about the centre of mass
   double smallest_radius = 0.0;         // m
   int material = 0;                     // index into Scene::materials
+  int merged_spheres = 0;               // that lay on another one of the input
   Vec3 centre_in_input = Vec3::Zero();  // m; where the origin of the body frame lay in the input
   Quat input_from_body = Quat::Identity();
 };
 
+// Spheres with the same centre and radius, to 1e-9 of it, are one: each would push.
 // Throws std::invalid_argument when there is no sphere, a radius is not above zero, or neither mass
 // nor density is given.
 Clump make_clump(std::vector<ElementSphere> spheres, const MassChoice& choice, int material = 0);

@@ -1,7 +1,11 @@
 #include "sim/shapes/walls.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -208,6 +212,54 @@ Wall cylinder_wall(
   wall.radius = radius;
   wall.length = (to - from).norm();
   return wall;
+}
+
+MeshWalls mesh_walls(std::span<const Vec3> corners,
+                     int body,
+                     const WallMotion& motion,
+                     int material) {
+  require(corners.size() % 3 == 0, "mesh_walls: a facet has three corners");
+  require(body >= 0, "mesh_walls: the number of the body must not be below 0");
+  using Corner = std::array<double, 3>;
+  std::set<std::array<Corner, 3>> seen;
+  MeshWalls mesh;
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    std::array<Corner, 3> facet;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& corner = corners[i + k];
+      facet[k] = {corner.x(), corner.y(), corner.z()};
+    }
+    std::sort(facet.begin(), facet.end());
+    if (!seen.insert(facet).second) {
+      ++mesh.merged;
+      continue;
+    }
+    mesh.facets.push_back(
+        polygon_wall({corners[i], corners[i + 1], corners[i + 2]}, motion, material));
+    mesh.facets.back().body = body;
+  }
+  return mesh;
+}
+
+WallBodies bodies_of_walls(std::span<const Wall> walls) {
+  const int count = static_cast<int>(walls.size());
+  WallBodies bodies;
+  bodies.of_wall.resize(walls.size());
+  std::map<int, int> first_of_body;
+  for (int w = 0; w < count; ++w) {
+    bodies.of_wall[w] = w;
+    if (walls[w].body < 0) continue;
+    bodies.of_wall[w] = first_of_body.try_emplace(walls[w].body, w).first->second;
+    if (bodies.of_wall[w] != w) bodies.are_all_alone = false;
+  }
+  bodies.order.resize(walls.size());
+  std::iota(bodies.order.begin(), bodies.order.end(), 0);
+  std::stable_sort(bodies.order.begin(), bodies.order.end(), [&](int a, int b) {
+    return bodies.of_wall[a] < bodies.of_wall[b];
+  });
+  bodies.rank.resize(walls.size());
+  for (int place = 0; place < count; ++place) bodies.rank[bodies.order[place]] = place;
+  return bodies;
 }
 
 Twist surface_twist(const Wall& wall, double time) {

@@ -22,8 +22,8 @@ struct WallMotion {
   bool is_none() const { return velocity.isZero(0.0) && angular_velocity.isZero(0.0); }
 };
 
-// All shapes but the plane have two solid faces. A triangle mesh is one polygon a facet; edges and
-// corners that facets share count once, see edge_belongs_to.
+// All shapes but the plane have two solid faces. A triangle mesh is one polygon a facet, all of one
+// body; edges and corners that walls share count once, see edge_belongs_to.
 struct Wall {
   enum class Shape { segment, plane, polygon, disk, cylinder, none };
   Shape shape = Shape::plane;
@@ -38,6 +38,10 @@ struct Wall {
   WallMotion drag = {};         // of its surface alone, as a conveyor's: the wall stays
   double opens_at = std::numeric_limits<double>::infinity();  // s; from then on it is not there
   int material = 0;                                           // index into Scene::materials
+  // Walls with the same number, from 0 on, are parts of one rigid body: a sphere that touches them
+  // with one normal touches once, its spring goes with it from part to part, and its contacts with
+  // them share the damping. Below zero: a body of its own.
+  int body = -1;
 };
 
 // Throws std::invalid_argument when both ends are the same point.
@@ -67,6 +71,30 @@ Wall cylinder_wall(const Vec3& from,
                    double radius,
                    const WallMotion& motion = {},
                    int material = 0);
+
+// The facets of a triangle mesh as walls of one body, three corners a facet (m). `body` is a number
+// that no other wall of the scene has, such as Scene::next_wall_body(). Facets with the same three
+// corners, in either winding, are one.
+// Throws std::invalid_argument when the number of corners is no multiple of three, `body` is below
+// zero, or a facet encloses no area.
+struct MeshWalls {
+  std::vector<Wall> facets;
+  int merged = 0;  // facets that stood in the mesh before
+};
+MeshWalls mesh_walls(std::span<const Vec3> corners,
+                     int body,
+                     const WallMotion& motion = {},
+                     int material = 0);
+
+// Which walls are of one body: that of each as the index of its first wall, and the walls in an
+// order in which those of one body lie side by side.
+struct WallBodies {
+  std::vector<int> of_wall;
+  std::vector<int> order;
+  std::vector<int> rank;      // of each wall in that order
+  bool are_all_alone = true;  // each wall is a body of its own
+};
+WallBodies bodies_of_walls(std::span<const Wall> walls);
 
 // Velocity of the points of a rigid body: at p it is velocity + spin x p, m/s.
 struct Twist {

@@ -74,6 +74,20 @@ TEST(Clump, BodyFrameIsPrincipal) {
   EXPECT_LT((in_body.inertia.diagonal() - clump.inertia).norm(), 1e-8);
 }
 
+// Each of two spheres in one place would push.
+TEST(Clump, SpheresInOnePlaceAreOne) {
+  const ElementSphere left{Vec3(-0.4, 0.0, 0.0), 1.0}, right{Vec3(0.4, 0.0, 0.0), 1.0};
+  const ElementSphere hardly_right{Vec3(0.4 + 2e-10, 0.0, 0.0), 1.0};
+  const Clump single = make_clump({left, right}, {.density = 1.0});
+  const Clump twins = make_clump({left, right, hardly_right, left}, {.density = 1.0});
+  EXPECT_EQ(single.merged_spheres, 0);
+  EXPECT_EQ(twins.merged_spheres, 2);
+  EXPECT_EQ(twins.spheres.size(), 2u);
+  EXPECT_DOUBLE_EQ(twins.mass, single.mass);
+  // Within each other, but not one
+  EXPECT_EQ(make_clump({left, {left.centre, 0.9}}, {.density = 1.0}).spheres.size(), 2u);
+}
+
 TEST(Clump, RefusesWhatIsNotABody) {
   EXPECT_THROW(make_clump({}, {.mass = 1.0}), std::invalid_argument);
   EXPECT_THROW(make_clump({{Vec3::Zero(), 0.0}}, {.mass = 1.0}), std::invalid_argument);

@@ -55,6 +55,27 @@ RC_GTEST_PROP(SegmentWall, ConvexCornerCountsOnce, ()) {
   RC_ASSERT(contacts_of_ball_at(centre, {walls[1], walls[0]}) == 1);
 }
 
+TEST(MeshWalls, FacetsThatStandInItTwiceAreOne) {
+  const Vec3 a(0, 0, 0), b(1, 0, 0), c(1, 1, 0), d(0, 1, 0);
+  const MeshWalls mesh = mesh_walls(std::vector<Vec3>{a, b, c, a, c, d, c, a, b, d, c, a}, 7);
+  EXPECT_EQ(mesh.facets.size(), 2u);
+  EXPECT_EQ(mesh.merged, 2);
+  for (const Wall& facet : mesh.facets) EXPECT_EQ(facet.body, 7);
+  EXPECT_THROW(mesh_walls(std::vector<Vec3>{a, b, c, a}, 0), std::invalid_argument);
+  EXPECT_THROW(mesh_walls(std::vector<Vec3>{a, b, c}, -1), std::invalid_argument);
+}
+
+TEST(WallBodies, WallsOfOneNumberLieSideBySide) {
+  std::vector<Wall> walls(5, plane_wall(Vec3::Zero(), Vec3::UnitZ()));
+  EXPECT_TRUE(bodies_of_walls(walls).are_all_alone);
+  walls[1].body = walls[4].body = 3;
+  const WallBodies bodies = bodies_of_walls(walls);
+  EXPECT_FALSE(bodies.are_all_alone);
+  EXPECT_EQ(bodies.of_wall, (std::vector<int>{0, 1, 2, 3, 1}));
+  EXPECT_EQ(bodies.order, (std::vector<int>{0, 1, 4, 2, 3}));
+  EXPECT_EQ(bodies.rank, (std::vector<int>{0, 1, 3, 4, 2}));
+}
+
 TEST(SegmentWall, ConcaveCornerHasTwoFaces) {
   const std::vector<Wall> walls = {segment_wall({0.0, 0.0}, {5.0, 0.0}),
                                    segment_wall({0.0, 0.0}, {0.0, 5.0})};

@@ -9,7 +9,8 @@ std::vector<Case> all_cases() {
                                             rotation_cases(),
                                             statics_cases(),
                                             particle_cases(),
-                                            conservation_cases()}) {
+                                            conservation_cases(),
+                                            mesh_cases()}) {
     all.insert(all.end(), group.begin(), group.end());
   }
   return all;

@@ -72,6 +72,7 @@ std::span<const Case> rotation_cases();
 std::span<const Case> statics_cases();
 std::span<const Case> particle_cases();
 std::span<const Case> conservation_cases();
+std::span<const Case> mesh_cases();
 
 // All of them, in the order of the page.
 std::vector<Case> all_cases();
