@@ -22,6 +22,22 @@ TEST_F(BadInput, VideoOfGarbage) {
   expect_refusal(calibrate(with_film(garbage)), {"bad.mp4", "cannot be opened as a film"});
 }
 
+// Shorter than its index says; check tells it in the same words.
+TEST_F(BadInput, CutOffVideoFile) {
+  const std::string film = content_of(bundled_micro() / "rep3.mp4");
+  const std::string text = with_film(film.substr(0, film.size() / 2));
+  const ProgramOutcome refused = calibrate(text);
+  expect_refusal(refused, {"bad.mp4"});
+  const std::string prefix = "graintruth: ";
+  const std::string sentence =
+      refused.err.substr(prefix.size(), refused.err.size() - prefix.size() - 2);
+  EXPECT_TRUE(contains(sentence, "cut off")) << sentence;
+  const ProgramOutcome check =
+      run_program({"check", (folder_ / "experiment.toml").string(), "--out", out()});
+  EXPECT_EQ(check.status, 2);
+  EXPECT_TRUE(contains(check.out, "missing: " + sentence)) << sentence << '\n' << check.out;
+}
+
 TEST_F(BadInput, EmptyVideoFile) { expect_refusal(calibrate(with_film("")), {"bad.mp4", "empty"}); }
 
 // Everything of a film but its frames: the boxes up to 'mdat', and that one empty.

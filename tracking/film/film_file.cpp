@@ -26,8 +26,7 @@ using datasets::InputError;
 
 namespace {
 
-// A container may count a frame or two more than it shows; more than this share missing means a
-// cut-off file.
+// A container may count a frame or two more than it shows.
 constexpr double tolerated_missing_share = 0.02;
 constexpr int tolerated_missing_frames = 2;
 
@@ -47,11 +46,34 @@ struct FreedScaler {
 };
 using Scaler = std::unique_ptr<SwsContext, FreedScaler>;
 
-// What starts as an mp4 file does, but cannot be opened, lacks the index that stands at its end.
-bool starts_as_mp4(const std::filesystem::path& file) {
-  std::array<char, 8> start{};
-  std::ifstream(file, std::ios::binary).read(start.data(), start.size());
-  return std::string(start.data() + 4, 4) == "ftyp";
+std::uint64_t big_endian(const unsigned char* bytes, std::size_t count) {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < count; ++i) number = number << 8 | bytes[i];
+  return number;
+}
+
+// Whether a file that is a row of boxes (mp4, mov) ends within one of them; nothing where it is
+// not.
+std::optional<bool> ends_within_box(const std::filesystem::path& file) {
+  constexpr std::size_t short_header = 8, long_header = 16;  // bytes: size, name, size again
+  const std::uint64_t end = std::filesystem::file_size(file);
+  std::ifstream in(file, std::ios::binary);
+  std::uint64_t at = 0;
+  while (at < end) {
+    std::array<unsigned char, long_header> header{};
+    in.clear();
+    in.seekg(static_cast<std::streamoff>(at));
+    in.read(reinterpret_cast<char*>(header.data()), header.size());
+    const std::string name(header.begin() + 4, header.begin() + short_header);
+    if (at == 0 && name != "ftyp") return std::nullopt;
+    if (end - at < short_header) return true;
+    std::uint64_t size = big_endian(header.data(), 4);
+    if (size == 0) return false;  // up to the end
+    if (size == 1) size = big_endian(header.data() + short_header, 8);
+    if (size < short_header || size > end - at) return true;
+    at += size;
+  }
+  return false;
 }
 
 Format open_format(const std::filesystem::path& file) {
@@ -61,10 +83,10 @@ Format open_format(const std::filesystem::path& file) {
   const std::string name = "file:" + file.string();
   const bool is_open = avformat_open_input(&opened, name.c_str(), nullptr, nullptr) == 0;
   Format format(opened);
-  if (!is_open && starts_as_mp4(file)) {
+  if (!is_open && ends_within_box(file).value_or(false)) {
     throw InputError(fmt::format(
-        "{}: cannot be opened as a film: the index, which stands at the end of such files, is "
-        "missing, so the film was cut off; copy it again",
+        "{}: cannot be opened as a film: it is cut off, and its index, which stands at the end of "
+        "such files, is missing; copy or record it again",
         file.string()));
   }
   if (!is_open || avformat_find_stream_info(format.get(), nullptr) < 0) {
@@ -152,33 +174,46 @@ bool is_shorter_than_riff(const std::filesystem::path& file) {
   return std::filesystem::file_size(file) < size;
 }
 
-// How many pictures header or index announce, where `shown` were found that end at `last_end`, s.
-int announced_by(AVFormatContext& format,
-                 AVStream& stream,
-                 const std::filesystem::path& file,
-                 const Container& found,
-                 double last_end) {
+// What header or index announce beyond the pictures that were found, which end at `last_end`, s;
+// `indexed` are the entries of the index before anything was read.
+void compare_with_announced(AVFormatContext& format,
+                            AVStream& stream,
+                            const std::filesystem::path& file,
+                            int indexed,
+                            double last_end,
+                            Container& found) {
+  found.announced = found.shown;
   const std::string name = format.iformat->name;
   // 1. An index of every picture, with those that players do not show
   if (name.find("mp4") != std::string::npos) {
     int count = 0;
     for (int i = 0; i < avformat_index_get_entries_count(&stream); ++i)
       count += (avformat_index_get_entry(&stream, i)->flags & AVINDEX_DISCARD_FRAME) == 0;
-    return count;
+    found.announced = std::max(found.shown, count);
+    // In fragments, as cameras write that may be switched off, each has its own index
+    const bool has_more_indices = avformat_index_get_entries_count(&stream) != indexed;
+    found.ends_early =
+        count > found.shown || (has_more_indices && ends_within_box(file).value_or(false));
+    return;
   }
-  // 2. A number of pictures, which counts empty ones too
-  if (name == "avi")
-    return is_shorter_than_riff(file) ? static_cast<int>(stream.nb_frames) : found.shown;
+  // 2. An index, which may be lost, and a number of pictures, which counts empty ones too
+  if (name == "avi") {
+    found.ends_early = is_shorter_than_riff(file);
+    const int count = found.ends_early ? static_cast<int>(stream.nb_frames) : indexed;
+    found.announced = std::max(found.shown, count);
+    return;
+  }
   // 3. How long the whole lasts, if the header says so and nobody guessed
   const bool is_told = format.duration != AV_NOPTS_VALUE && found.frame_rate > 0.0 &&
                        format.duration_estimation_method == AVFMT_DURATION_FROM_STREAM;
-  if (!is_told) return found.shown;
+  if (!is_told) return;
   const double start =
       format.start_time != AV_NOPTS_VALUE ? static_cast<double>(format.start_time) : 0.0;
   const double end = (start + static_cast<double>(format.duration)) / AV_TIME_BASE;
-  Container announced = found;
-  announced.announced += static_cast<int>((end - last_end) * found.frame_rate);
-  return announced.is_cut_off() ? announced.announced : found.shown;
+  Container told = found;
+  told.announced += std::max(0, static_cast<int>((end - last_end) * found.frame_rate));
+  told.ends_early = told.announced > told.shown;
+  if (told.is_cut_off()) found = told;
 }
 
 }  // namespace
@@ -201,8 +236,16 @@ cv::Mat Turn::of(const cv::Mat& stored) const {
 }
 
 bool Container::is_cut_off() const {
-  return announced - shown >
-         std::max<double>(tolerated_missing_frames, tolerated_missing_share * announced);
+  // Who knows that it ends early, but not how much is lacking, cannot call that little
+  return ends_early && (announced == shown || are_too_many(announced - shown, announced));
+}
+
+bool Container::has_holes() const {
+  return !ends_early && are_too_many(announced - shown, announced);
+}
+
+bool are_too_many(int lacking, int frames) {
+  return lacking > std::max<double>(tolerated_missing_frames, tolerated_missing_share * frames);
 }
 
 std::vector<int> uneven_steps(const Container& container) {
@@ -257,6 +300,12 @@ struct FilmFile::Streams {
   void open_codec() {
     const AVCodecParameters& coded = *film().codecpar;
     const AVCodec* decoder = avcodec_find_decoder(coded.codec_id);
+    if (coded.codec_id == AV_CODEC_ID_NONE) {
+      throw InputError(fmt::format(
+          "{}: cannot be opened as a film: it does not say how its pictures are coded; copy or "
+          "record it again",
+          file.string()));
+    }
     codec.reset(avcodec_alloc_context3(decoder));
     codec->thread_count = 0;  // as many as there are processors
     if (decoder == nullptr || avcodec_parameters_to_context(codec.get(), &coded) < 0 ||
@@ -280,6 +329,7 @@ struct FilmFile::Streams {
     says.width = listed.codecpar->width;
     says.height = listed.codecpar->height;
     says.tick = tick;
+    const int indexed = avformat_index_get_entries_count(&listed);
     bool has_stamps = true;
     double last_end = 0.0, last_of_film = 0.0;  // s
     for (; av_read_frame(whole.get(), packet.get()) >= 0; av_packet_unref(packet.get())) {
@@ -307,9 +357,8 @@ struct FilmFile::Streams {
     for (const std::int64_t stamp : stamps)
       says.times.push_back(static_cast<double>(stamp - stamps.front()) * tick);
     says.frame_rate = usual_rate(says, listed);
-    says.announced = says.shown;
     if (says.frame_rate > 0.0) last_end = std::max(last_end, last_of_film + 1.0 / says.frame_rate);
-    says.announced = std::max(says.shown, announced_by(*whole, listed, file, says, last_end));
+    compare_with_announced(*whole, listed, file, indexed, last_end, says);
   }
 
   static double usual_rate(const Container& says, const AVStream& listed) {

@@ -37,9 +37,16 @@ struct Container {
   double frame_rate = 0.0;    // Hz, as usual in this film; 0 where the container does not say
   double tick = 0.0;          // s; times are whole multiples of it
 
-  // More pictures are lacking at the end than containers miscount.
+  bool ends_early = false;  // the file is shorter than it says itself
+
+  // More pictures are lacking than containers miscount: at the end, or in between.
   bool is_cut_off() const;
+  bool has_holes() const;
 };
+
+// Whether so many are lacking of a film that it is not worth being tracked: more than 2 %, and more
+// than the one or two that containers miscount.
+bool are_too_many(int lacking, int frames);
 
 // The numbers of pictures that come earlier or later after the one before than usual: by more than
 // containers round.

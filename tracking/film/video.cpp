@@ -40,13 +40,6 @@ std::optional<std::string> explained(double stated, double played) {
   return std::nullopt;
 }
 
-// Where more is lost of a film than this, it is not worth being tracked.
-bool is_too_much(std::size_t lost, int frames) {
-  constexpr double tolerated_share = 0.02;
-  constexpr double tolerated_frames = 2.0;
-  return static_cast<double>(lost) > std::max(tolerated_frames, tolerated_share * frames);
-}
-
 }  // namespace
 
 std::string listed(const std::vector<int>& frames) {
@@ -76,11 +69,20 @@ void VideoReader::open_film() {
   container_ = film_->container();
   if (container_.is_cut_off()) {
     throw InputError(fmt::format(
-        "{}: the film breaks off after frame {} although its header announces {} frames: the file "
-        "was cut off; copy or record it again",
+        "{}: the film breaks off after frame {}{}: the file was cut off; copy or record it again",
         file_.string(),
         container_.shown - 1,
-        container_.announced));
+        container_.announced > container_.shown
+            ? fmt::format(" although its header announces {} frames", container_.announced)
+            : std::string(", where the file ends before it should")));
+  }
+  if (container_.has_holes()) {
+    throw InputError(fmt::format(
+        "{}: of {} frames that its index announces only {} are in the file: the file is "
+        "damaged in between; copy or record it again",
+        file_.string(),
+        container_.announced,
+        container_.shown));
   }
   declared_frames_ = container_.shown;
   announced_frames_ = container_.announced;
@@ -158,8 +160,12 @@ void VideoReader::choose_clock() {
   std::vector<int> pictures;
   for (const int place : uneven_) pictures.push_back(place * pictures_a_frame());
   clock_note_ = fmt::format(
-      "The file's time stamps are uneven at frames {}: the time of each frame is its own stamp{}.",
+      "The file's time stamps are uneven at frames {} (steps of {:.4g} to {:.4g} s, usually {:.4g} "
+      "s): the time of each frame is its own stamp{}.",
       listed(pictures),
+      steps.front(),
+      steps.back(),
+      1.0 / usual,
       in_seconds ? std::string()
       : also     ? fmt::format(", taken for {:.4g} frames/s instead of {:.4g}, as {}",
                            frame_rate_,
@@ -205,6 +211,7 @@ bool VideoReader::read(cv::Mat& frame) {
       return false;
     }
     check_size(frame);
+    refuse_damage();
     note_change(frame);  // before fields are taken apart: a repeated frame repeats both
     if (scan_ != Scan::progressive) {
       woven_ = frame.clone();
@@ -272,30 +279,40 @@ void VideoReader::note_change(const cv::Mat& frame) {
 
 void VideoReader::finish() {
   finished_ = true;
-  judge_losses();
+  if (film_ && film_->refused_packets() > 0)
+    for (int place = place_ + 1; place < container_.shown; ++place) lost_.push_back(place);
+  refuse_damage();
+  // Some packets hold no picture of their own, and nothing is wrong with them
+  if (film_ && film_->refused_packets() == 0) lost_.clear();
   find_repeated();
 }
 
-// What the file holds but nobody can decode; where the file ends was seen before anything was read.
-void VideoReader::judge_losses() {
+// What the file holds but nobody can decode, as soon as it is too much; where the file ends was
+// seen before anything was read.
+void VideoReader::refuse_damage() const {
   if (!film_) return;
-  if (film_->refused_packets() == 0) {
-    lost_.clear();  // some packets hold no picture of their own, and nothing is wrong with them
-  } else {
-    for (int place = place_ + 1; place < container_.shown; ++place) lost_.push_back(place);
+  std::vector<int> places = patched_;
+  if (film_->refused_packets() > 0) places.insert(places.end(), lost_.begin(), lost_.end());
+  if (places.empty()) return;
+  // Of a damaged file steps of several intervals are frames that nobody found
+  double holes = 0.0;
+  for (const int place : uneven_) {
+    const auto k = static_cast<std::size_t>(place);
+    const double step = container_.times[k] - container_.times[k - 1];
+    holes += std::max(0.0, std::round(step * container_.frame_rate) - 1.0);
   }
-  const std::size_t bad = lost_.size() + patched_.size();
-  if (!is_too_much(bad, container_.shown)) return;
-  std::vector<int> places = lost_;
-  places.insert(places.end(), patched_.begin(), patched_.end());
+  const int lacking = static_cast<int>(std::min(holes, 1.0e6));
+  const int bad = static_cast<int>(places.size()) + lacking, all = container_.shown + lacking;
+  if (!are_too_many(bad, all)) return;
   std::sort(places.begin(), places.end());
-  throw InputError(fmt::format(
-      "{}: {} of {} frames cannot be decoded whole (frames {}): the file is damaged in between; "
-      "copy or record it again",
-      file_.string(),
-      bad,
-      container_.shown,
-      listed(places)));
+  throw InputError(
+      fmt::format("{}: at least {} of {} frames are lacking or cannot be decoded whole (frames "
+                  "{}): the file is "
+                  "damaged in between; copy or record it again",
+                  file_.string(),
+                  bad,
+                  all,
+                  listed(places)));
 }
 
 // A repeated frame: no change at all between two that change as usual.
@@ -357,8 +374,11 @@ std::vector<std::string> VideoReader::warnings() const {
   if (!patched_.empty()) {
     sentences.push_back(
         fmt::format("Parts of frames {} cannot be decoded and were made up; what follows them may "
-                    "be smeared.",
-                    listed(patched_)));
+                    "be smeared.{}",
+                    listed(patched_),
+                    patched_.back() == place_
+                        ? " The last frame is one of them: the film may have been cut off."
+                        : ""));
   }
   if (!repeated_frames_.empty()) {
     sentences.push_back(fmt::format(

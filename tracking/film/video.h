@@ -76,7 +76,7 @@ class VideoReader {
   void note_moment();
   void finish();
   void find_repeated();
-  void judge_losses();
+  void refuse_damage() const;
   int pictures_a_frame() const { return scan_ == Scan::progressive ? 1 : 2; }
 
   std::filesystem::path file_;
