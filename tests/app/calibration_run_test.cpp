@@ -213,7 +213,9 @@ TEST_F(CalibrationRun, EndsTheSameAfterBeingKilledAtAnyMomentAndOnAnyNumberOfThr
 
 TEST_F(CalibrationRun, EndsSoonAfterCtrlCAndResumes) {
   RunningProgram program(calibrate("run"));
-  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (rows_so_far("run") < 5 && std::chrono::steady_clock::now() < give_up)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   const auto sent = std::chrono::steady_clock::now();
   program.send(SIGINT);
   const ProgramOutcome outcome = program.wait();
