@@ -217,11 +217,11 @@ LeastSquaresFit fit_least_squares(const Residuals& residuals,
   Eigen::VectorXd values = functor.at(fit.parameters);
   functor.df(fit.parameters, jacobian);
   double last = std::numeric_limits<double>::infinity();
+  double length = last;  // of the next step, relative to the parameters
   constexpr int most_steps = 30;
   for (int step = 0; step < most_steps; ++step) {
     const Eigen::VectorXd change = jacobian.colPivHouseholderQr().solve(-values);
-    const double length =
-        (change.array() / fit.parameters.array().abs().max(1e-300)).abs().maxCoeff();
+    length = (change.array() / fit.parameters.array().abs().max(1e-300)).abs().maxCoeff();
     const Eigen::VectorXd moved = fit.parameters + change;
     const Eigen::VectorXd there = functor.at(moved);
     if (!(length < last) || !(there.squaredNorm() <= values.squaredNorm() * (1.0 + 1e-9))) break;
@@ -235,9 +235,11 @@ LeastSquaresFit fit_least_squares(const Residuals& residuals,
   const double variance =
       scale == ResidualScale::known ? 1.0 : fit.sum_of_squares / std::max(1, fit.freedom);
   fit.covariance = variance * inverse_of_normal_matrix(jacobian, fit);
-  const double exact = 1e-24 * functor.at(start).squaredNorm();
-  fit.converged = fit.covariance.allFinite() &&
-                  (fit.sum_of_squares <= exact || largest_cosine(jacobian, values) < 1e-5);
+  // Where the law holds exactly the residuals are rounding, which points anywhere; but then no step
+  // is left to go.
+  constexpr double no_step = 1e-10;
+  fit.converged =
+      fit.covariance.allFinite() && (length <= no_step || largest_cosine(jacobian, values) < 1e-5);
   return fit;
 }
 

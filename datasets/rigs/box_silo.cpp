@@ -53,14 +53,14 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
         length_units,
         fmt::format("is {:.4g} mm, but the box is only {:.4g} mm wide", 1e3 * slot, 1e3 * width));
   }
-  if (slot > 0.0)
-    require_passage(section, "slot_width", slot, *context.particle, Passage::in_three_dimensions);
   const double filled = room_for(*context.particle, width, depth);
   if (!(filled > 0.0)) {
     keys.fail(keys.key_of("box_width", length_units),
               fmt::format("makes a box in which no grain of {:.4g} mm has room",
                           1e3 * context.particle->length));
   }
+  if (slot > 0.0)
+    require_passage(section, "slot_width", slot, *context.particle, Passage::in_three_dimensions);
   const double x = 0.5 * width, y = 0.5 * depth, edge = 0.5 * slot, top = std::max(height, filled);
   rig.scene.walls = {side("left", {-x, -y, 0.0}, {-x, y, 0.0}, top),
                      side("right", {x, -y, 0.0}, {x, y, 0.0}, top),

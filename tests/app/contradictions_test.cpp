@@ -83,8 +83,10 @@ TEST_F(Contradictions, MoreLeavesThanWasFilled) {
 }
 
 TEST_F(Contradictions, OfABalanceAreTheSameEverywhere) {
+  constexpr int event = 25;  // the row of event_s
   std::string rows = "time_s,mass_g\n";
-  for (int i = 0; i <= 60; ++i) rows += fmt::format("{},{}\n", 0.02 * i, 30.0 - 0.1 * i);
+  for (int i = 0; i <= 60; ++i)
+    rows += fmt::format("{},{}\n", 0.02 * i, 30.0 - 0.1 * std::max(0, i - event));
   const std::string text = weighed("name = \"narrow1\"", "name = \"narrow1\"");
   folder_.write("narrow1.csv", rows);
   expect_everywhere(text, {"narrow1.csv: column 'mass_g' falls by", "remaining_mass_g"});

@@ -335,8 +335,8 @@ TEST(Calibrate, SaysThatAClockEndedTheSearch) {
   CalibrationOptions options = quick(2);
   const auto says_it = [](const CalibrationResult& result) {
     return std::any_of(
-        result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
-          return warning.find("ended the search after") != std::string::npos;
+        result.warnings.begin(), result.warnings.end(), [](const datasets::Warning& warning) {
+          return warning.text.find("ended the search after") != std::string::npos;
         });
   };
   EXPECT_FALSE(says_it(calibrated(toy::engine(0.002), problem, options)));

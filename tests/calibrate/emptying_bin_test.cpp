@@ -135,7 +135,7 @@ TEST(EmptyingBin, GivesTheSameForTheSameSeedAndOthersForAnother) {
 // Without a filmed bed every seed prepares its own: all particles, as dense as a settled bed of
 // ellipses without friction (0.84 in thesis 4.3.4), and another one for another seed.
 TEST(EmptyingBin, PreparesABedWhereTheFilmTellsNone) {
-  Problem problem = problem_of(bin(0.008, 49));  // an orifice that lets nothing through
+  Problem problem = problem_of(bin(0.01061, 49));  // as wide as a plate: nothing leaves
   const BulkMeasurement run = measured(problem);
   EXPECT_EQ(run.discharge.particles, 49);
   EXPECT_TRUE(run.discharge.times.empty());
@@ -149,7 +149,7 @@ TEST(EmptyingBin, PreparesABedWhereTheFilmTellsNone) {
 }
 
 TEST(EmptyingBin, AClosedBinKeepsAll) {
-  EXPECT_TRUE(measured(problem_of(bin(0.008, 21), rows(21))).discharge.times.empty());
+  EXPECT_TRUE(measured(problem_of(bin(0.01061, 21), rows(21))).discharge.times.empty());
 }
 
 TEST(EmptyingBin, AnOverfullBedIsAResultWithAReason) {

@@ -46,6 +46,7 @@ Experiment load_bin(const std::string& rig, const std::string& replicate) {
     const auto start = text.find(from), end = text.find(to, start);
     text.replace(start, end - start, in);
   };
+  cut("mass_g = 142", "\n", "mass_g = 0.332");
   cut("spheres = [",
       "# Bench",
       "plate = {semi_major_mm = 6.9, semi_minor_mm = 5.3, thickness_mm = 2.3}\n\n");
