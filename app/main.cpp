@@ -10,7 +10,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <filesystem>
+#include <new>
 #include <system_error>
 
 #include "app/run/command_line_text.h"
@@ -23,10 +25,17 @@ namespace {
 
 using namespace graintruth;
 
-enum ExitStatus { done = 0, unusable_input = 2, too_many_failures = 3, interrupted = 130 };
+enum ExitStatus {
+  done = 0,
+  unusable_input = 2,
+  too_many_failures = 3,
+  inner_fault = 4,
+  interrupted = 130
+};
 
-// One sentence on stderr, whatever the ending of the text.
+// One sentence on stderr, whatever the ending of the text and however many lines it has.
 int refuse(std::string text, ExitStatus status) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && std::string_view(" \n.").find(text.back()) != std::string_view::npos)
     text.pop_back();
   fmt::print(stderr, "graintruth: {}{}\n", text, text.ends_with('?') ? "" : ".");
@@ -324,6 +333,14 @@ void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
       ->required();
 }
 
+// What no part of the program should let through. It is ours, and the user can only tell us.
+int refuse_fault(const std::string& what) {
+  return refuse(fmt::format("a fault of this program, not of your input: {}. Please report it with "
+                            "this sentence, the command line and the experiment file",
+                            what),
+                inner_fault);
+}
+
 std::string joined(int argc, char** argv) {
   std::string line = "graintruth";
   for (int i = 1; i < argc; ++i) line += std::string(" ") + argv[i];
@@ -344,8 +361,8 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   program.footer(
       "Exit status: 0 done, 1 a requirement is not met, 2 unusable input, 3 too many failed "
-      "simulations, 130 "
-      "interrupted (run the same command again to resume).");
+      "simulations, 4 a fault of this program (please report it), 130 interrupted (run the same "
+      "command again to resume).");
 
   app::CalibrateCommand calibrate;
   app::TrackCommand track;
@@ -483,14 +500,21 @@ int main(int argc, char** argv) {
     return refuse(complaint(program, argc, argv, error), unusable_input);
   } catch (const datasets::InputError& error) {
     return refuse(error.what(), unusable_input);
-  } catch (const std::filesystem::filesystem_error& error) {
-    return refuse(error.what(), unusable_input);
   } catch (const calibrate::TooManyFailures& error) {
     return refuse(error.what(), too_many_failures);
   } catch (const calibrate::Interrupted& error) {
     return refuse(error.what(), interrupted);
-  } catch (const std::system_error& error) {
+  } catch (const std::system_error& error) {  // files, folders, threads
     return refuse(error.what(), unusable_input);
+  } catch (const std::bad_alloc&) {
+    return refuse(
+        "the memory of this machine does not suffice; give fewer --jobs, a shorter film or a "
+        "smaller scene",
+        unusable_input);
+  } catch (const std::exception& error) {
+    return refuse_fault(error.what());
+  } catch (...) {
+    return refuse_fault("it does not say what went wrong");
   }
   // What was printed may still wait for room
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

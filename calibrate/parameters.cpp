@@ -1,9 +1,9 @@
 #include "calibrate/parameters.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "datasets/parameters/parameter.h"
 #include "datasets/store/input_error.h"
@@ -13,27 +13,60 @@ namespace graintruth::calibrate {
 
 namespace {
 
-nlohmann::json read_result(const std::filesystem::path& file) {
-  nlohmann::json json = nlohmann::json::parse(datasets::read_whole(file), nullptr, false);
+using datasets::InputError;
+using Json = nlohmann::json;
+
+Json read_result(const std::filesystem::path& file) {
+  Json json = Json::parse(datasets::read_whole(file), nullptr, false);
   if (json.is_discarded()) {
-    throw datasets::InputError(fmt::format(
-        "{}: this is not valid JSON; give a result.json of this program.", file.string()));
+    throw InputError(fmt::format("{}: this is not valid JSON; give a result.json of this program.",
+                                 file.string()));
   }
   return json;
 }
 
-ParameterSet parameters_of_result(const std::filesystem::path& file, ParameterSet parameters) {
-  const nlohmann::json json = read_result(file);
-  for (const datasets::ParameterKind* kind : datasets::parameter_kinds()) {
-    const nlohmann::json::json_pointer value(fmt::format("/parameters/{}/value", kind->name));
-    if (!kind->is_always_stated || (json.contains(value) && json[value].is_number())) continue;
-    throw datasets::InputError(
-        fmt::format("{}: parameters.{}.value is missing or no number.", file.string(), kind->name));
+// A number that can be, by the rule that holds for TOML tables too. `key` is its path in the file.
+double number_of(const std::filesystem::path& file,
+                 const std::string& key,
+                 const Json& value,
+                 const datasets::Range& range) {
+  const auto refuse = [&](const std::string& complaint) {
+    throw InputError(fmt::format("{}: key '{}' {}.", file.string(), key, complaint));
+  };
+  if (!value.is_number()) {
+    refuse(fmt::format(
+        "holds {}, but {} is needed", value.is_string() ? "text" : "no number", range.words));
   }
-  for (const auto& [name, parameter] : json["parameters"].items()) {
-    if (datasets::find_parameter(name) && parameter.contains("value") &&
-        parameter["value"].is_number())
-      parameters.set(name, parameter["value"].get<double>());
+  const auto number = value.get<double>();
+  if (const auto complaint = datasets::complaint_about(number, number, range)) refuse(*complaint);
+  return number;
+}
+
+ParameterSet parameters_of_result(const std::filesystem::path& file, ParameterSet parameters) {
+  const Json json = read_result(file);
+  const auto all = json.is_object() ? json.find("parameters") : json.end();
+  if (all == json.end() || !all->is_object()) {
+    throw InputError(fmt::format(
+        "{}: key 'parameters' is missing or no table; give a result.json of this program.",
+        file.string()));
+  }
+  for (const datasets::ParameterKind* kind : datasets::parameter_kinds()) {
+    if (!kind->is_always_stated || all->contains(kind->name)) continue;
+    throw InputError(fmt::format("{}: key 'parameters.{}' is missing.", file.string(), kind->name));
+  }
+  for (const auto& [name, given] : all->items()) {
+    const auto parameter = datasets::find_parameter(name);
+    const std::string key = "parameters." + name;
+    if (!parameter) {
+      throw InputError(fmt::format("{}: key '{}' is unknown; known here are {}.",
+                                   file.string(),
+                                   key,
+                                   fmt::join(datasets::plain_parameter_names(), ", ")));
+    }
+    const auto value = given.is_object() ? given.find("value") : given.end();
+    if (!given.is_object() || value == given.end())
+      throw InputError(fmt::format("{}: key '{}.value' is missing.", file.string(), key));
+    parameters.set(name, number_of(file, key + ".value", *value, parameter->kind->range));
   }
   return parameters;
 }
@@ -52,10 +85,14 @@ ParameterSet load_parameters(const std::filesystem::path& file, const ParameterS
 
 std::optional<double> load_time_step_fraction(const std::filesystem::path& file) {
   if (!is_json(file)) return std::nullopt;
-  const nlohmann::json json = read_result(file);
-  const nlohmann::json::json_pointer fraction("/time_step/fraction");
-  if (!json.contains(fraction) || !json[fraction].is_number()) return std::nullopt;
-  return json[fraction].get<double>();
+  const Json json = read_result(file);
+  const auto step = json.is_object() ? json.find("time_step") : json.end();
+  if (step == json.end()) return std::nullopt;
+  if (!step->is_object())
+    throw InputError(fmt::format("{}: key 'time_step' is no table.", file.string()));
+  const auto fraction = step->find("fraction");
+  if (fraction == step->end()) return std::nullopt;
+  return number_of(file, "time_step.fraction", *fraction, datasets::step_fraction);
 }
 
 ParameterSet ParameterSpace::from_unit(const std::vector<double>& unit) const {

@@ -20,11 +20,12 @@ inline double value_of(const ParameterSet& parameters, std::string_view name) {
 }
 
 // Reads a result.json of ours or a TOML table of name = value; what it does not name stays at the
-// bench value. A result.json must name those that every result has. Throws datasets::InputError for
-// an unknown name or an impossible value.
+// bench value. A result.json must name those that every result has. The registry says which names
+// and values there can be, in both. Throws datasets::InputError for any other.
 ParameterSet load_parameters(const std::filesystem::path& file, const ParameterSet& bench);
 
-// The time step fraction of a result.json; none in a TOML table.
+// The time step fraction of a result.json; none where it states none, and in a TOML table. Throws
+// datasets::InputError for an impossible one.
 std::optional<double> load_time_step_fraction(const std::filesystem::path& file);
 
 // The box of the tuned parameters, seen as a unit cube. What is not tuned stays at its base value.

@@ -51,13 +51,13 @@ int run_evaluate(const EvaluateCommand& command) {
   Session session("evaluate", command.common, command.experiment);
   const calibrate::ParameterSet parameters = calibrate::load_parameters(
       command.parameters, datasets::bench_parameters(session.experiment()));
+  const std::optional<double> fraction = calibrate::load_time_step_fraction(command.parameters);
   session.track();
   const calibrate::Problem problem = session.problem();
   calibrate::Journal journal(session.folder().journal());
   const auto ensemble = session.ensemble_of_calibrated(problem, journal);
-  const calibrate::EvaluationPoint point = {parameters,
-                                            calibrate::load_time_step_fraction(command.parameters)
-                                                .value_or(problem.largest_time_step_fraction())};
+  const calibrate::EvaluationPoint point = {
+      parameters, fraction ? *fraction : problem.largest_time_step_fraction()};
   // The seeds of an evaluation of the search: with the time step of its result.json an evaluation
   // here is bit for bit one of the search.
   const std::array one = {calibrate::CalibratedExperiment{session.experiment().name, &problem}};

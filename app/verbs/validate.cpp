@@ -29,6 +29,7 @@ int run_validate(const ValidateCommand& command) {
   Session session("validate", command.common, command.experiment);
   const calibrate::ParameterSet parameters = calibrate::load_parameters(
       command.parameters, datasets::bench_parameters(session.experiment()));
+  const std::optional<double> fraction = calibrate::load_time_step_fraction(command.parameters);
   if (command.require_agreement) require_agreement_exists(session.experiment());
   session.track();
   const calibrate::Problem problem = session.problem();
@@ -36,9 +37,8 @@ int run_validate(const ValidateCommand& command) {
   const auto ensemble = session.ensemble_of_all(problem, journal);
   // 1. The same fraction of the time step as the calibration found, where the parameter file is its
   // result
-  const calibrate::EvaluationPoint point{parameters,
-                                         calibrate::load_time_step_fraction(command.parameters)
-                                             .value_or(problem.largest_time_step_fraction())};
+  const calibrate::EvaluationPoint point{
+      parameters, fraction ? *fraction : problem.largest_time_step_fraction()};
   // 2. The score of the mean of fresh runs
   const calibrate::Confirmed confirmed =
       calibrate::confirm(problem,

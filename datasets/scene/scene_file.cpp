@@ -30,7 +30,6 @@ constexpr Range place_range{-1e4, 1e4, true, "a place within 10 km of the origin
 constexpr Range speed_range{0.0, 1e3, true, "a speed not below 0 and at most 1 km/s"};
 constexpr Range duration_range{0.0, 1e5, false, "a time above 0 and at most 1e5 s"};
 constexpr Range not_later{0.0, 1e5, true, "a time from 0 to 1e5 s"};
-constexpr Range fraction_range{0.0, 1.0, false, "a share above 0 and at most 1"};
 constexpr int most_particles = 200000;
 
 Vector3d vector_of(const std::vector<double>& numbers) {
@@ -447,7 +446,7 @@ std::vector<ScenePlace> read_places(TomlSection& root, const SceneFile& scene) {
 
 void read_pace(TomlSection& section, ScenePhase& phase) {
   phase.time_step_fraction =
-      section.optional_quantity("time_step_fraction", plain, fraction_range).value_or(0.5);
+      section.optional_quantity("time_step_fraction", plain, step_fraction).value_or(0.5);
   phase.fastest_impact =
       section.optional_quantity("fastest_impact", speed_units, positive).value_or(1.0);
 }

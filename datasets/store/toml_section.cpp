@@ -100,10 +100,7 @@ std::optional<double> TomlSection::optional_quantity(std::string_view stem,
               "holds {}, but {} is needed", node->is_string() ? "text" : "no number", range.words));
     }
     const double in_si = *value * unit.in_si;
-    const bool too_low = range.includes_lower ? in_si < range.lower : in_si <= range.lower;
-    if (!std::isfinite(in_si) || too_low || in_si > range.upper) {
-      fail(key, fmt::format("is {}, but {} is needed", *value, range.words));
-    }
+    if (const auto complaint = complaint_about(*value, in_si, range)) fail(key, *complaint);
     found = in_si;
   }
   return found;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace graintruth::datasets {
@@ -52,5 +54,11 @@ struct Range {
 inline constexpr Range any_number{-1e300, 1e300, true, "a number"};
 inline constexpr Range positive{0.0, 1e300, false, "a number above 0"};
 inline constexpr Range not_negative{0.0, 1e300, true, "a number not below 0"};
+// Of a time step: a longer one than Rayleigh's is unstable.
+inline constexpr Range step_fraction{0.0, 1.0, false, "a share above 0 and at most 1"};
+
+// "is -0.1, but a friction from 0 to 5 is needed": what is said of a number, as it is written,
+// whose value in SI is not allowed; none where it is.
+std::optional<std::string> complaint_about(double written, double in_si, const Range& range);
 
 }  // namespace graintruth::datasets

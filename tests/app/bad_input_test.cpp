@@ -157,6 +157,47 @@ TEST_F(BadInput, ParameterFile) {
   expect_refusal(validate(folder_.write("bad.json", "{\"parameters\":")), {"bad.json"});
 }
 
+// A result.json that another program wrote, or a hand changed.
+TEST_F(BadInput, ImpossibleParametersInAResult) {
+  write_tracks_of_truth(folder_);
+  const auto file = folder_.write("experiment.toml", track_experiment());
+  const auto result = [&](const std::string& friction, const std::string& fraction) {
+    return folder_.write(
+        "result.json",
+        "{\"parameters\": {\"friction_particle_particle\": {\"value\": " + friction +
+            "}, \"friction_particle_wall\": {\"value\": 0.2}, \"restitution\": "
+            "{\"value\": 0.8}}, \"time_step\": {\"fraction\": " +
+            fraction + "}}");
+  };
+  for (const char* verb : {"validate", "evaluate"}) {
+    const auto run = [&](const std::filesystem::path& parameters) {
+      return run_program({verb, file, "--parameters", parameters, "--out", out(), "--quiet"});
+    };
+    expect_refusal(run(result("-0.1", "0.5")),
+                   {"result.json",
+                    "friction_particle_particle",
+                    "is -0.1, but a friction from 0 to 5 is needed"});
+    expect_refusal(run(result("9", "0.5")), {"is 9, but a friction from 0 to 5 is needed"});
+    expect_refusal(run(result("null", "0.5")), {"holds no number"});
+    expect_refusal(run(result("0.1", "50")), {"time_step.fraction", "is 50"});
+  }
+}
+
+TEST_F(BadInput, TheCaseOfImpossibleParameters) {
+  const auto cases = std::filesystem::path(GRAINTRUTH_SOURCE_DIR) / "../shared/cases/fail-05";
+  if (!std::filesystem::exists(cases)) GTEST_SKIP() << cases << " is not here";
+  for (const char* parameters : {"neg.json", "rest.json", "step.json", "friction9.json"}) {
+    expect_refusal(run_program({"validate",
+                                cases / "experiment.toml",
+                                "--parameters",
+                                cases / parameters,
+                                "--out",
+                                out(),
+                                "--quiet"}),
+                   {parameters, "needed"});
+  }
+}
+
 TEST_F(BadInput, UnknownTarget) {
   expect_refusal(run_program({"reproduce", "table-9.9"}), {"table-9.9", "--list"});
 }

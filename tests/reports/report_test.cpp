@@ -405,6 +405,64 @@ TEST_F(Report, LivesThroughDamageToAnyFile) {
   }
 }
 
+// Every value and every part of a JSON file, as its path from the root.
+std::vector<Json::json_pointer> places_in(const Json& json,
+                                          const Json::json_pointer& root = Json::json_pointer()) {
+  std::vector<Json::json_pointer> all;
+  const auto add = [&](const Json::json_pointer& place, const Json& value) {
+    all.push_back(place);
+    const auto inner = places_in(value, place);
+    all.insert(all.end(), inner.begin(), inner.end());
+  };
+  if (json.is_object()) {
+    for (const auto& [name, value] : json.items()) add(root / name, value);
+  } else if (json.is_array()) {
+    for (std::size_t i = 0; i < json.size(); ++i) add(root / i, json[i]);
+  }
+  return all;
+}
+
+// Valid JSON that says what cannot be, where somebody edited a file or another program wrote it.
+TEST_F(Report, LivesThroughImpossibleValuesInAnyFile) {
+  constexpr int changes = 8;  // of each file
+  const std::vector<Json> impossible = {nullptr,
+                                        "text",
+                                        -1,
+                                        0,
+                                        1e308,
+                                        -1e308,
+                                        std::numeric_limits<std::uint64_t>::max(),
+                                        Json::array(),
+                                        Json::object(),
+                                        {{"value", nullptr}},
+                                        Json::array({Json::array({1, "text"})}),
+                                        true};
+  std::mt19937 random(21);
+  for (const auto& file :
+       {folder_.result(), folder_.run(), folder_.measured(), folder_.tracking()}) {
+    const Json whole = read(file);
+    const std::vector<Json::json_pointer> places = places_in(whole);
+    for (int i = 0; i < changes; ++i) {
+      Json changed = whole;
+      const Json::json_pointer& place = places[random() % places.size()];
+      const std::size_t how = random() % (impossible.size() + 2);
+      if (how < impossible.size()) {
+        changed[place] = impossible[how];
+      } else if (Json& parent = changed[place.parent_pointer()]; parent.is_array()) {
+        parent.push_back("more");
+      } else if (how == impossible.size()) {
+        parent.erase(place.back());
+      } else {
+        parent["more"] = 1e308;
+      }
+      write(file, changed);
+      EXPECT_NO_THROW(EXPECT_TRUE(is_page(build_report(folder_))))
+          << file << " " << place.to_string() << ": " << changed.dump().substr(0, 400);
+    }
+    write(file, whole);
+  }
+}
+
 // In the order of the run's files, under the names and with the units of the registry.
 TEST_F(Report, ListsWhateverParametersTheRunHas) {
   const std::string piston = "friction_particle_piston";
