@@ -260,7 +260,21 @@ class TrackReader {
       index = result_.numbered_by_place ? static_cast<std::size_t>(number - 1) : next++;
     particles_ = result_.numbered_by_place ? index_of_number.rbegin()->first
                                            : static_cast<int>(index_of_number.size());
+    refuse_sparse(index_of_number.size());
     for (int& number : numbers_) number = static_cast<int>(index_of_number.at(number));
+  }
+
+  // Room is made for every number up to the highest, in every frame.
+  void refuse_sparse(std::size_t known) const {
+    constexpr std::size_t most_unseen = 1000;  // numbers for each that is there
+    if (static_cast<std::size_t>(particles_) <= most_unseen * known) return;
+    throw InputError(
+        fmt::format("{}: column '{}' goes up to {}, but holds only {} different numbers; number "
+                    "particles from 1 on without large gaps.",
+                    table_.file().string(),
+                    particle_,
+                    particles_,
+                    known));
   }
 
   std::optional<Axis> error_axis(const Quantity& quantity) const {
@@ -320,6 +334,10 @@ class TrackReader {
       const auto metres = [&](const Axis& axis) {
         return table_.number(row, axis.column) * axis.metres;
       };
+      for (const Axis* axis : {&right_, &vertical_}) {
+        if (std::isinf(metres(*axis)))
+          fail(row, fmt::format("column '{}' holds no finite number", axis->column));
+      }
       tracks.poses[i] = {metres(right_) - origin_[0],
                          sign * (metres(vertical_) - origin_[1]),
                          angle_ ? table_.number(row, angle_->column) * angle_->unit.in_si : nan};

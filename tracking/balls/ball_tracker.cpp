@@ -9,6 +9,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "datasets/store/input_error.h"
 #include "tracking/balls/first_picture.h"
 #include "tracking/drawing/drawing.h"
 #include "tracking/event/start_of_motion.h"
@@ -50,6 +51,22 @@ void count_doubts(const datasets::Trajectories& tracks,
   }
 }
 
+// Throws where the rig, as the file states it, lies beside the picture, or so far in the distance
+// that the picture would be a small part of it: then a wrong scale was found.
+void require_region(const FilmView& view, const cv::Mat& frame, const std::string& film) {
+  constexpr double largest = 16.0;  // pictures; tilt hardly makes lengths in it differ by four
+  const PlaneRegion& region = view.region;
+  const double width = region.right - region.left, height = region.top - region.bottom;
+  const double scale = view.lens().scale(0.5 * (region.left + region.right),
+                                         0.5 * (region.bottom + region.top));  // px/m
+  const double pixels = width * scale * height * scale;
+  if (width > 0.0 && height > 0.0 && pixels <= largest * static_cast<double>(frame.total())) return;
+  throw datasets::InputError(
+      fmt::format("{}: the rig lies outside the picture; check its measures and what gives the "
+                  "scale in [camera]",
+                  film));
+}
+
 }  // namespace
 
 BallTracker::BallTracker(const datasets::TrackingSpec& spec, const datasets::Film& film)
@@ -65,6 +82,7 @@ void BallTracker::find_first(const Picture& picture,
                              TrackingSummary& summary) {
   const cv::Mat& frame = picture.frame;
   view_.emplace(view_of(spec_, nominal_, camera, frame));
+  require_region(*view_, frame, film_.video.string());
   const EdgeImage image(frame, cv::Rect(0, 0, frame.cols, frame.rows), 0.8);
   const auto first = find_first_bodies(*view_, frame, image, film_.video.string(), summary);
   follower_.emplace(*view_, first, frame, image);
