@@ -254,17 +254,11 @@ bool anything_is_measured(const Problem& problem) {
 void compare(Problem& problem) {
   const Experiment& experiment = problem.experiment;
   const auto refuse_scatter = [&] {
-    for (const Condition& condition : problem.conditions) {
-      if (condition.held_out || condition.replicates.size() < 2) continue;
-      throw InputError(fmt::format(
-          "{}: The replicates of a condition do not differ, or not in anything that is compared. "
-          "Give independent recordings: the scatter between them is the measure of every "
-          "difference.",
-          experiment.file.string()));
-    }
+    require_repeats(experiment, problem.conditions);
     throw InputError(fmt::format(
-        "{}: No condition used for calibration has two replicates. Add one: the scatter between "
-        "replicates is the measure of every difference.",
+        "{}: The replicates of a condition do not differ, or not in anything that is compared. "
+        "Give independent recordings: the scatter between them is the measure of every "
+        "difference.",
         experiment.file.string()));
   };
   try {
@@ -361,6 +355,16 @@ void require_comparable(const Experiment& experiment, const Engine& engine) {
   const Observables observables(experiment);
   for (const datasets::Replicate& replicate : experiment.replicates)
     check_curves(experiment, observables, replicate.rig.scene, engine);
+}
+
+void require_repeats(const Experiment& experiment, std::span<const Condition> conditions) {
+  for (const Condition& condition : conditions) {
+    if (!condition.held_out && condition.replicates.size() > 1) return;
+  }
+  throw InputError(fmt::format(
+      "{}: No condition used for calibration has two replicates. Add one: the scatter between "
+      "replicates is the measure of every difference.",
+      experiment.file.string()));
 }
 
 bool Problem::simulates_each_replicate() const {

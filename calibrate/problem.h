@@ -105,6 +105,9 @@ void complete_particle(datasets::Experiment& experiment);
 void require_comparable(const datasets::Experiment& experiment,
                         const Engine& engine = engine_named("embedded"));
 
+// Throws datasets::InputError where no condition that is calibrated on has two replicates.
+void require_repeats(const datasets::Experiment& experiment, std::span<const Condition> conditions);
+
 // Of the replicates of a condition that `may_be`, the one whose values lie nearest to the mean of
 // all where replicates repeat them, else the first. None where none may be.
 std::optional<std::size_t> typical_replicate(const Problem& problem,

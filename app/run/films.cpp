@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,8 @@
 #include "app/run/first_frame.h"
 #include "app/run/given_data.h"
 #include "app/run/interrupt.h"
+#include "app/run/numbering.h"
+#include "app/run/same_recording.h"
 #include "calibrate/ensemble.h"
 #include "calibrate/problem.h"
 #include "datasets/experiment/tracking_spec.h"
@@ -159,19 +162,21 @@ Json track_film(const datasets::TrackingSpec& spec,
   return Json::parse(summary.dump());
 }
 
+std::vector<datasets::Recording> recordings_of(const std::vector<GivenData>& given) {
+  std::vector<datasets::Recording> recordings;
+  for (const GivenData& one : given) recordings.push_back(one.recording);
+  return recordings;
+}
+
 // What can be seen to be unusable before the work begins: tracks and curves that do not fit, films
 // that nobody can follow or of which no frame can be read. The tracks are empty where there is a
 // film.
-TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
-                            std::vector<std::optional<datasets::TrackingSpec>>& specs) {
-  TrackedFilms films;
-  films.warnings.assign(experiment.notes.begin(), experiment.notes.end());
-  films.is_smeared.assign(experiment.replicates.size(), 0);
+std::vector<GivenData> look_at_inputs(const datasets::Experiment& experiment,
+                                      std::vector<std::optional<datasets::TrackingSpec>>& specs) {
+  std::vector<GivenData> given;
   bool filmed = false;
   for (const datasets::Replicate& replicate : experiment.replicates) {
-    films.recordings.push_back(read_given_data(experiment, replicate));
-    const std::vector<std::string>& notes = films.recordings.back().notes;
-    films.warnings.insert(films.warnings.end(), notes.begin(), notes.end());
+    given.push_back(read_given_data(experiment, replicate));
     specs.emplace_back();
     if (replicate.video.empty()) continue;
     filmed = true;
@@ -180,9 +185,41 @@ TrackedFilms look_at_inputs(const datasets::Experiment& experiment,
     tracking::make_tracker(*specs.back(), film);
     require_first_frame(*specs.back(), film);
   }
+  number_alike(experiment, given);
+  const std::vector<datasets::Recording> recordings = recordings_of(given);
+  require_different(experiment, recordings);
   if (!filmed && !experiment.measurement.observables.empty())
-    calibrate::check_recordings(experiment, films.recordings);
-  return films;
+    calibrate::check_recordings(experiment, recordings);
+  return given;
+}
+
+// Films whose particles give those of other replicates their numbers.
+std::vector<char> which_give_numbers(const datasets::Experiment& experiment) {
+  std::vector<char> gives(experiment.replicates.size(), 0);
+  if (!experiment.starts.empty() || !are_numbered_alike(experiment)) return gives;
+  for (std::size_t i = 0; i < gives.size(); ++i) {
+    const std::size_t like = numbered_like(experiment, i);
+    if (like != i) gives[like] = 1;
+  }
+  return gives;
+}
+
+// What trackers learn of the grains, by its key in tracking.json.
+void add_seen(const std::vector<Json>& summaries, std::vector<calibrate::RepeatedQuantity>& seen) {
+  constexpr double millimetre = 1e-3;
+  for (const auto& [key, name] :
+       {std::pair("radius_learned_mm", "radius of the balls"),
+        std::pair("separation_learned_mm", "distance of the two balls")}) {
+    calibrate::RepeatedQuantity quantity{.name = name, .unit = "m"};
+    bool is_known = false;
+    for (const Json& summary : summaries) {
+      std::vector<double>& values = quantity.values.emplace_back();
+      if (!summary.is_object() || !summary.contains(key) || !summary[key].is_number()) continue;
+      values.push_back(millimetre * summary[key].get<double>());
+      is_known = true;
+    }
+    if (is_known) seen.push_back(std::move(quantity));
+  }
 }
 
 // The first of a film that was not read well enough stands in the first line.
@@ -223,7 +260,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
                          ProgressLine& progress) {
   const std::size_t count = experiment.replicates.size();
   std::vector<std::optional<datasets::TrackingSpec>> specs;  // of the films
-  TrackedFilms films = look_at_inputs(experiment, specs);
+  std::vector<GivenData> given = look_at_inputs(experiment, specs);
   std::vector<Json> summaries(count);
   std::vector<std::string> remade(count);  // why files of an earlier run were not used
   std::vector<double> shares(count, 0.0);
@@ -264,12 +301,41 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
       throw;
     }
   };
-  calibrate::parallel_for(static_cast<int>(count), jobs, [&](int index) {
-    const auto i = static_cast<std::size_t>(index);
-    if (specs[i]) track(i);
-    show(i, 1.0);
-  });
+  const std::vector<char> gives_numbers = which_give_numbers(experiment);
+  const auto track_those = [&](bool that_give_numbers) {
+    calibrate::parallel_for(static_cast<int>(count), jobs, [&](int index) {
+      const auto i = static_cast<std::size_t>(index);
+      if (static_cast<bool>(gives_numbers[i]) != that_give_numbers) return;
+      if (specs[i]) {
+        track(i);
+        if (summaries[i].is_null()) return;  // another film cannot be used
+        // Always read back from the file, so that a resumed run works with the same bits as the
+        // first
+        given[i].recording.tracks =
+            datasets::read_tracks(folder.tracks(experiment.replicates[i].name));
+      }
+      show(i, 1.0);
+    });
+  };
+  // The first film of each kind gives the places, the others find their particles in them
+  track_those(true);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t like = numbered_like(experiment, i);
+    if (like == i || !gives_numbers[like] || !specs[i]) continue;
+    if (auto places = places_in(experiment, given[like].recording))
+      specs[i]->starts = *std::move(places);
+  }
+  number_alike(experiment, given);
+  track_those(false);
 
+  TrackedFilms films;
+  films.recordings = recordings_of(given);
+  films.is_smeared.assign(count, 0);
+  films.doubts = compare_starts(experiment, films.recordings);
+  add_seen(summaries, films.seen);
+  for (const std::string& note : experiment.notes) films.warnings.emplace_back(note);
+  for (const datasets::Recording& recording : films.recordings)
+    films.warnings.insert(films.warnings.end(), recording.notes.begin(), recording.notes.end());
   Json all = {{"replicates", Json::array()}, {"notes", experiment.notes}};
   for (std::size_t i = 0; i < count; ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];
@@ -283,8 +349,6 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
         datasets::write_tracks(copy, *films.recordings[i].tracks);
       continue;
     }
-    // Always read back from the file, so that a resumed run works with the same bits as the first.
-    films.recordings[i].tracks = datasets::read_tracks(folder.tracks(replicate.name));
     if (summaries[i].contains("bed")) {
       // Only its bed at rest can be followed, and it would look as if all else had left
       const Json& bed = summaries[i]["bed"];

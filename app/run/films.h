@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/run/progress.h"
+#include "calibrate/knowledge/foreign_replicates.h"
 #include "datasets/experiment/experiment.h"
 #include "datasets/experiment/recording.h"
 #include "datasets/store/run_folder.h"
@@ -20,9 +21,13 @@ struct TrackedFilms {
   std::vector<datasets::Recording> recordings;  // in the order of the experiment file
   std::vector<char> is_smeared;  // of the same length: moving particles cannot be followed
   std::map<std::string, std::string> input_hashes;  // file name -> content hash
+  // What puts a replicate in doubt: said before everything else
+  std::vector<datasets::Warning> doubts;
   std::vector<datasets::Warning> warnings;
   std::vector<std::string>
       failures;  // "rep3 (why)" of each film that is graded "fail" and compared
+  // What films tell of the grains in them, of every replicate: their radius, say
+  std::vector<calibrate::RepeatedQuantity> seen;
 };
 
 // Tracks each replicate's film, or reads back what an earlier run left for the very same film and

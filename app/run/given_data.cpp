@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/run/numbering.h"
+#include "calibrate/compare/start_poses.h"
 #include "datasets/imports/curve_files.h"
 #include "datasets/imports/discharge_curve.h"
 #include "datasets/imports/track_files.h"
@@ -14,21 +16,6 @@
 namespace graintruth::app {
 
 namespace {
-
-// Where each particle was first seen, (x, z) in m.
-std::vector<Eigen::Vector2d> first_places(const datasets::Trajectories& tracks) {
-  std::vector<Eigen::Vector2d> places;
-  for (std::size_t particle = 0; particle < static_cast<std::size_t>(tracks.particles);
-       ++particle) {
-    for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
-      const datasets::Pose& pose = tracks.poses[tracks.index(frame, particle)];
-      if (!std::isfinite(pose.x) || !std::isfinite(pose.z)) continue;
-      places.emplace_back(pose.x, pose.z);
-      break;
-    }
-  }
-  return places;
-}
 
 // Places in millimetres of what lies centimetres apart are in pixels, or the other way round:
 // refuses particles that at first are spread otherwise than the experiment file says. Where it
@@ -97,21 +84,32 @@ datasets::Trajectories reordered(const datasets::Trajectories& tracks,
   return made;
 }
 
-datasets::Trajectories read_given_tracks(const datasets::Experiment& experiment,
-                                         const datasets::Replicate& replicate,
-                                         std::vector<std::string>& notes) {
-  const datasets::ReadTracks read = datasets::read_track_file(replicate.tracks, replicate.source);
+std::vector<Eigen::Vector2d> centres_of(const datasets::Trajectories& tracks) {
+  std::vector<Eigen::Vector2d> centres;
+  for (const datasets::Pose& pose : calibrate::start_places(tracks)) {
+    if (std::isfinite(pose.x) && std::isfinite(pose.z)) centres.emplace_back(pose.x, pose.z);
+  }
+  return centres;
+}
+
+void read_given_tracks(const datasets::Experiment& experiment,
+                       const datasets::Replicate& replicate,
+                       GivenData& given) {
+  datasets::ReadTracks read = datasets::read_track_file(replicate.tracks, replicate.source);
+  std::vector<std::string>& notes = given.recording.notes;
   notes.insert(notes.end(), read.notes.begin(), read.notes.end());
-  const std::vector<Eigen::Vector2d> places = first_places(read.tracks);
-  require_likely_scale(experiment, replicate, places);
+  const std::vector<Eigen::Vector2d> centres = centres_of(read.tracks);
+  require_likely_scale(experiment, replicate, centres);
   // Another number of particles than stated is said by whoever compares them.
-  if (read.numbered_by_place || static_cast<int>(places.size()) != experiment.particle.count)
-    return read.tracks;
-  // Particles that differ by less than half their extent in height lie in one row
-  return reordered(
-      read.tracks,
-      tracking::number_by_start(
-          places, experiment.starts, experiment.particle.count, experiment.particle.half_width));
+  if (!read.numbered_by_place && static_cast<int>(centres.size()) == experiment.particle.count) {
+    // Particles that differ by less than half their extent in height lie in one row
+    read.tracks = reordered(
+        read.tracks,
+        tracking::number_by_start(
+            centres, experiment.starts, experiment.particle.count, experiment.particle.half_width));
+    given.is_numbered_by_us = experiment.starts.empty();
+  }
+  given.recording.tracks = std::move(read.tracks);
 }
 
 datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment,
@@ -128,18 +126,32 @@ datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment
 
 }  // namespace
 
-datasets::Recording read_given_data(const datasets::Experiment& experiment,
-                                    const datasets::Replicate& replicate) {
-  datasets::Recording recording;
-  std::vector<std::string>& notes = recording.notes;
-  if (!replicate.tracks.empty()) recording.tracks = read_given_tracks(experiment, replicate, notes);
+GivenData read_given_data(const datasets::Experiment& experiment,
+                          const datasets::Replicate& replicate) {
+  GivenData given;
+  if (!replicate.tracks.empty()) read_given_tracks(experiment, replicate, given);
+  datasets::Recording& recording = given.recording;
   if (!replicate.discharge.empty())
-    recording.discharge = read_given_curve(experiment, replicate, notes);
+    recording.discharge = read_given_curve(experiment, replicate, recording.notes);
   if (!replicate.curves.empty()) {
     recording.curves =
         datasets::read_curves(replicate.curves, replicate.source.event_time, &recording.notes);
   }
-  return recording;
+  return given;
+}
+
+void number_alike(const datasets::Experiment& experiment, std::vector<GivenData>& given) {
+  if (!are_numbered_alike(experiment)) return;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const std::size_t like = numbered_like(experiment, i);
+    if (like == i || !given[i].is_numbered_by_us) continue;
+    const auto places = places_in(experiment, given[like].recording);
+    if (!places) continue;
+    datasets::Trajectories& tracks = *given[i].recording.tracks;
+    tracks = reordered(tracks,
+                       tracking::number_by_start(
+                           centres_of(tracks), *places, tracks.particles, /*row_height=*/0.0));
+  }
 }
 
 }  // namespace graintruth::app

@@ -81,8 +81,9 @@ void Session::require_usable_tracks() const {
 }
 
 Session::Measurable Session::measurable() {
-  Measurable measurable{experiment_, {}};
+  Measurable measurable{experiment_, {}, films_.seen};
   measurable.experiment.replicates.clear();
+  for (calibrate::RepeatedQuantity& quantity : measurable.seen) quantity.values.clear();
   std::vector<std::string> left_out;
   for (std::size_t i = 0; i < experiment_.replicates.size(); ++i) {
     if (films_.is_smeared[i]) {
@@ -91,6 +92,8 @@ Session::Measurable Session::measurable() {
     }
     measurable.experiment.replicates.push_back(experiment_.replicates[i]);
     measurable.recordings.push_back(films_.recordings[i]);
+    for (std::size_t q = 0; q < films_.seen.size(); ++q)
+      measurable.seen[q].values.push_back(films_.seen[q].values[i]);
   }
   if (!left_out.empty()) {
     const std::string names = fmt::format("{}", fmt::join(left_out, ", "));
@@ -115,6 +118,9 @@ calibrate::Problem Session::problem() {
   calibrate::Problem problem = calibrate::make_problem(own.experiment, own.recordings);
   calibrate::write_measured(folder(), own.experiment, own.recordings);
   films_.warnings.insert(films_.warnings.end(), problem.warnings.begin(), problem.warnings.end());
+  const std::vector<datasets::Warning> doubts =
+      calibrate::foreign_replicates(problem, own.recordings, own.seen);
+  films_.doubts.insert(films_.doubts.end(), doubts.begin(), doubts.end());
   return problem;
 }
 
@@ -146,6 +152,7 @@ std::unique_ptr<calibrate::Ensemble> Session::ensemble_of_calibrated(
 }
 
 void Session::add_film_warnings(std::vector<datasets::Warning>& warnings) const {
+  warnings.insert(warnings.begin(), films_.doubts.begin(), films_.doubts.end());
   warnings.insert(warnings.end(), films_.warnings.begin(), films_.warnings.end());
 }
 

@@ -42,7 +42,8 @@ class Session {
   calibrate::Executor& executor() { return *executor_; }
   calibrate::EngineOptions engine_options() const;
 
-  // What must be said of the films goes after what is said of the calibration.
+  // What must be said of the films goes after what is said of the calibration; but before all else
+  // what puts a replicate in doubt.
   void add_film_warnings(std::vector<datasets::Warning>& warnings) const;
 
   void write_record() const;  // run.json
@@ -63,10 +64,11 @@ class Session {
   std::uint64_t seed() const { return options_.seed; }
 
  private:
-  // The experiment with the replicates that can be measured, and their recordings.
+  // The experiment with the replicates that can be measured, their recordings, and what films tell.
   struct Measurable {
     datasets::Experiment experiment;
     std::vector<datasets::Recording> recordings;
+    std::vector<calibrate::RepeatedQuantity> seen;
   };
   Measurable measurable();
   void look_at_journal();

@@ -194,14 +194,16 @@ void calibrate_several(const CalibrateCommand& command, const datasets::JointExp
   std::vector<std::vector<std::string>> lines;
   for (std::size_t i = 0; i < problems.size(); ++i) {
     calibrate::ExperimentResult& own = result.experiments[i];
+    const std::string that_there_are_others = own.warnings.front();
     sessions[i]->add_film_warnings(own.warnings);
     lines.push_back(calibrate::write_calibration(
         sessions[i]->folder(), problems[i], options, own, sessions[i]->seconds()));
     draw_side_by_side(*sessions[i], problems[i], winner_of(result));
     sessions[i]->write_report();
-    // The first says that there are others, which here is no news
-    for (std::size_t w = 1; w < own.warnings.size(); ++w)
-      result.warnings.push_back(of_part(experiments[i].name, own.warnings[w]));
+    for (const datasets::Warning& warning : own.warnings) {
+      if (warning != that_there_are_others)  // which here is no news
+        result.warnings.push_back(of_part(experiments[i].name, warning));
+    }
   }
   calibrate::write_calibration_of_several(
       whole.folder(), several.common, experiments, options, result, whole.seconds());

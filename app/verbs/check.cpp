@@ -7,17 +7,24 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "app/run/first_frame.h"
 #include "app/run/given_data.h"
+#include "app/run/made_folders.h"
+#include "app/run/numbering.h"
+#include "app/run/same_recording.h"
 #include "app/verbs/commands.h"
 #include "calibrate/calibration.h"
 #include "calibrate/engines/scene_build.h"
+#include "calibrate/knowledge/foreign_replicates.h"
 #include "calibrate/parameters.h"
 #include "datasets/experiment/joint_experiment.h"
 #include "datasets/store/input_error.h"
 #include "datasets/store/run_folder.h"
 #include "tracking/film/recording.h"
+#include "tracking/registry.h"
+#include "tracking/track_film.h"
 
 namespace graintruth::app {
 
@@ -30,6 +37,22 @@ using datasets::Experiment;
 struct Findings {
   std::vector<std::string> missing;
   std::vector<std::string> doubtful;
+
+  // What is thrown as unusable input is missing, in the words of whoever refuses it.
+  template <typename Work>
+  void try_to(const Work& work) {
+    try {
+      work();
+    } catch (const datasets::InputError& error) {
+      missing.emplace_back(error.what());
+    }
+  }
+  // Before everything else that is doubtful.
+  void doubt_first(const std::vector<datasets::Warning>& warnings) {
+    std::vector<std::string> sentences;
+    for (const datasets::Warning& warning : warnings) sentences.push_back(warning.text);
+    doubtful.insert(doubtful.begin(), sentences.begin(), sentences.end());
+  }
 };
 
 constexpr std::chrono::seconds trial_time_limit(30);  // for the one simulation that is timed
@@ -133,6 +156,18 @@ void check_particle(const Experiment& experiment, Findings& findings) {
       findings.doubtful.end(), experiment.notes.begin(), experiment.notes.end());
 }
 
+// Throws what `track` says of a film whose particles it cannot find in the first frame. Who must
+// see the whole film first is not asked.
+void find_first_particles(const datasets::TrackingSpec& spec, const datasets::Film& film) {
+  const auto tracker = tracking::make_tracker(spec, film);
+  if (tracker->looks_ahead()) return;
+  try {
+    tracking::track_film(*tracker, spec, film, {.stop = [] { return true; }});
+  } catch (const tracking::Stopped&) {
+    // after the first frame
+  }
+}
+
 // How long the film lasts, s, where it can be read.
 std::optional<double> check_film(const Experiment& experiment,
                                  const datasets::Replicate& replicate,
@@ -165,13 +200,16 @@ std::optional<double> check_film(const Experiment& experiment,
   fmt::print("\n            {}\n", picture.string());
 
   if (!frame.residual) {
-    findings.missing.push_back(frame.complaint + "; the picture shows what was seen.");
+    findings.missing.push_back(frame.complaint);
   } else if (*frame.residual > largest_residual(experiment.particle, *frame.scale)) {
     findings.doubtful.push_back(
         fmt::format("{}: the {} lie {:.2f} mm (rms) off their places; measure them again.",
                     film,
                     frame.scale_from,
                     1e3 * *frame.residual));
+  }
+  if (frame.residual) {
+    findings.try_to([&] { find_first_particles(spec, datasets::film_of(experiment, replicate)); });
   }
   const double last = experiment.measurement.last_time();
   if (is_measured_at_moments(experiment) && length < last) {
@@ -205,19 +243,8 @@ datasets::Recording before_tracking(const Experiment& experiment, double film_le
   return recording;
 }
 
-// What one replicate brings, printed; nothing where it cannot be used.
-std::optional<datasets::Recording> look_at(const Experiment& experiment,
-                                           const datasets::Replicate& replicate,
-                                           const std::filesystem::path& out,
-                                           Findings& findings) {
-  datasets::Recording recording;
-  try {
-    recording = read_given_data(experiment, replicate);
-  } catch (const datasets::InputError& error) {
-    findings.missing.emplace_back(error.what());
-    return std::nullopt;
-  }
-  findings.doubtful.insert(findings.doubtful.end(), recording.notes.begin(), recording.notes.end());
+// What one replicate brings beside its film, printed.
+void print_given(const datasets::Replicate& replicate, const datasets::Recording& recording) {
   if (const auto& tracks = recording.tracks) {
     fmt::print("{:<11} {} particles, {} frames from {:.4g} to {:.4g} s\n",
                replicate.name,
@@ -235,13 +262,45 @@ std::optional<datasets::Recording> look_at(const Experiment& experiment,
   }
   for (const auto& [name, curve] : recording.curves)
     fmt::print("{:<11} {} values of {}\n", replicate.name, curve.value.size(), name);
-  if (replicate.video.empty()) return recording;
-  const auto length =
-      check_film(experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
-  if (!length) return std::nullopt;
-  datasets::Recording film = before_tracking(experiment, *length);
-  film.curves = std::move(recording.curves);
-  return film;
+}
+
+// What all replicates bring, as far as it is known before films are tracked; empty where some of it
+// cannot be used. Pictures of films go below `out`.
+std::vector<datasets::Recording> look_at_recordings(const Experiment& experiment,
+                                                    const std::filesystem::path& out,
+                                                    Findings& findings) {
+  // 1. Tables, each as `track` and `calibrate` read it
+  std::vector<GivenData> given;
+  for (const datasets::Replicate& replicate : experiment.replicates)
+    findings.try_to([&] { given.push_back(read_given_data(experiment, replicate)); });
+  const bool are_read = given.size() == experiment.replicates.size();
+  std::vector<datasets::Recording> recordings;
+  if (are_read) {
+    number_alike(experiment, given);
+    for (GivenData& one : given) {
+      recordings.push_back(std::move(one.recording));
+      const std::vector<std::string>& notes = recordings.back().notes;
+      findings.doubtful.insert(findings.doubtful.end(), notes.begin(), notes.end());
+    }
+    findings.try_to([&] { require_different(experiment, recordings); });
+    findings.doubt_first(compare_starts(experiment, recordings));
+  }
+  // 2. Films
+  bool can_be_used = are_read;
+  for (std::size_t i = 0; i < experiment.replicates.size(); ++i) {
+    const datasets::Replicate& replicate = experiment.replicates[i];
+    if (are_read) print_given(replicate, recordings[i]);
+    if (replicate.video.empty()) continue;
+    const auto length =
+        check_film(experiment, replicate, out / "check" / (replicate.name + ".png"), findings);
+    can_be_used = can_be_used && length;
+    if (!length || !are_read) continue;
+    datasets::Recording film = before_tracking(experiment, *length);
+    film.curves = std::move(recordings[i].curves);
+    recordings[i] = std::move(film);
+  }
+  if (!can_be_used) recordings.clear();
+  return recordings;
 }
 
 std::string duration_text(double seconds) {
@@ -250,8 +309,50 @@ std::string duration_text(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
+// Grains of a trial simulation that lie below every wall in the end, where nothing lets them leave
+// and none of the recordings shows them there: the walls do not hold them.
+void check_walls(const calibrate::Problem& problem,
+                 std::span<const datasets::Recording> recordings,
+                 const datasets::SceneData& scene,
+                 const datasets::Trajectories& simulated,
+                 Findings& findings) {
+  if (scene.exit_height || scene.leaves_below || scene.walls.empty()) return;
+  double bottom = std::numeric_limits<double>::infinity();
+  for (const datasets::SceneWall& wall : scene.walls) {
+    if (wall.kind == datasets::SceneWall::Kind::plane || !wall.motion.angular_velocity.isZero())
+      return;
+    // As low as it may have moved
+    const double moved = std::max(0.0, -wall.motion.velocity.z()) * simulated.time.back();
+    for (const Eigen::Vector3d& point : wall.points)
+      bottom = std::min(bottom, point.z() - wall.radius - moved);
+  }
+  bottom -= problem.experiment.particle.length;
+  const auto below = [&](const datasets::Trajectories& tracks) {
+    std::vector<std::size_t> numbers;
+    for (std::size_t n = 0; n < static_cast<std::size_t>(tracks.particles); ++n) {
+      if (tracks.poses[tracks.index(tracks.frames() - 1, n)].z < bottom) numbers.push_back(n + 1);
+    }
+    return numbers;
+  };
+  const std::vector<std::size_t> fallen = below(simulated);
+  if (fallen.empty()) return;
+  for (const datasets::Recording& recording : recordings)
+    if (recording.tracks && !below(*recording.tracks).empty()) return;
+  findings.doubtful.push_back(fmt::format(
+      "In a trial simulation {} of {} particles fall out of the rig within {:.3g} s, particle {} "
+      "first by number: they end below every wall. Close the gap in [rig]; a scene in which grains "
+      "are meant to leave needs exit_height.",
+      fallen.size(),
+      simulated.particles,
+      simulated.time.back(),
+      fallen.front()));
+}
+
 // Times one simulation in the middle of the bounds, and multiplies.
-void estimate(const CheckCommand& command, const calibrate::Problem& problem, Findings& findings) {
+void estimate(const CheckCommand& command,
+              const calibrate::Problem& problem,
+              std::span<const datasets::Recording> recordings,
+              Findings& findings) {
   const Experiment& experiment = problem.experiment;
   const std::array experiments = {calibrate::CalibratedExperiment{experiment.name, &problem}};
   calibrate::CalibrationOptions options = calibrate::default_options(experiments);
@@ -265,33 +366,56 @@ void estimate(const CheckCommand& command, const calibrate::Problem& problem, Fi
       cost);
   const calibrate::ParameterSpace space(experiment.tuned, datasets::bench_parameters(experiment));
   const std::size_t scene = problem.calibrated_scenes[problem.calibrated_scenes.size() / 2];
-  const auto deadline = std::chrono::steady_clock::now() + trial_time_limit;
-  calibrate::EngineRun run;
-  try {
-    run = problem.engine->run(
+  const auto spec_at = [&](double share) {
+    calibrate::SimulationSpec spec =
         problem.spec_of(scene,
                         space.from_unit(std::vector<double>(space.dimension(), 0.5)),
-                        options.largest_time_step_fraction,
-                        command.common.seed),
-        {.stop = [&] { return std::chrono::steady_clock::now() > deadline; }});
-  } catch (const calibrate::Interrupted&) {
+                        share * options.largest_time_step_fraction,
+                        command.common.seed);
+    spec.record.tracks = true;  // to see where grains end
+    return spec;
+  };
+  // Nothing where it takes too long
+  const auto try_out = [&](const calibrate::SimulationSpec& spec) {
+    const auto deadline = std::chrono::steady_clock::now() + trial_time_limit;
+    std::optional<calibrate::EngineRun> run;
+    try {
+      run = problem.engine->run(
+          spec, {.stop = [&] { return std::chrono::steady_clock::now() > deadline; }});
+    } catch (const calibrate::Interrupted&) {
+    }
+    return run;
+  };
+  const calibrate::SimulationSpec spec = spec_at(1.0);
+  const std::optional<calibrate::EngineRun> trial = try_out(spec);
+  if (!trial) {
     fmt::print(". One takes more than {} s here\n", trial_time_limit.count());
     return;
   }
-  if (run.status != calibrate::RunStatus::completed) {
+  if (trial->status != calibrate::RunStatus::completed) {
     fmt::print("\n");
-    findings.doubtful.push_back(
-        fmt::format("A trial simulation did not complete ({}); look at walls and starting places.",
-                    run.message));
+    // Without a first step nothing could start, whatever the parameters
+    const bool has_started = trial->time_step > 0.0;
+    (has_started ? findings.doubtful : findings.missing)
+        .push_back(fmt::format("{}: A trial simulation did not complete ({}); look at walls and "
+                               "starting places.",
+                               experiment.file.string(),
+                               trial->message));
+    if (!has_started) return;
+    // Grains that fall out get too fast for a large step
+    if (const auto finer = try_out(spec_at(0.25)); finer && finer->recording.tracks)
+      check_walls(problem, recordings, spec.scene, *finer->recording.tracks, findings);
     return;
   }
   const int jobs = threads_of(command.common);
   fmt::print(
       ". One took {:.2g} s here at the largest time step, so all take about {} on {} core(s). A "
       "smaller time step can make this four times longer. Tracking is not included\n",
-      run.seconds,
-      duration_text(cost * run.seconds / jobs),
+      trial->seconds,
+      duration_text(cost * trial->seconds / jobs),
       jobs);
+  if (trial->recording.tracks)
+    check_walls(problem, recordings, spec.scene, *trial->recording.tracks, findings);
 }
 
 // Whether what is simulated is known before films are tracked.
@@ -311,22 +435,21 @@ Findings look_at(const CheckCommand& command,
   Findings findings;
   calibrate::complete_particle(experiment);
   print_what(experiment);
-  try {
-    calibrate::require_comparable(experiment);
-  } catch (const datasets::InputError& error) {
-    findings.missing.emplace_back(error.what());
-  }
+  findings.try_to([&] { calibrate::require_comparable(experiment); });
+  findings.try_to(
+      [&] { calibrate::require_repeats(experiment, calibrate::conditions_of(experiment)); });
+  findings.try_to([&] {
+    const MadeFolders made(out);
+    datasets::open_run_folder(out);
+  });
   check_search(experiment, findings);
   check_particle(experiment, findings);
 
   // 2. Films and tracks
-  std::vector<datasets::Recording> recordings;
-  bool is_all_given = true;
-  for (const datasets::Replicate& replicate : experiment.replicates) {
-    const auto recording = look_at(experiment, replicate, out, findings);
-    if (recording) recordings.push_back(*recording);
-    is_all_given = is_all_given && replicate.video.empty();
-  }
+  const std::vector<datasets::Recording> recordings = look_at_recordings(experiment, out, findings);
+  const bool is_all_given = std::all_of(experiment.replicates.begin(),
+                                        experiment.replicates.end(),
+                                        [](const auto& each) { return each.video.empty(); });
 
   // 3. What it will cost
   if (findings.missing.empty() && !is_start_known(experiment)) {
@@ -334,16 +457,19 @@ Findings look_at(const CheckCommand& command,
         "to come     The time of the calibration is not known until the films are tracked, because "
         "no [[start]] is given\n");
   } else if (findings.missing.empty()) {
-    try {
+    findings.try_to([&] {
       const calibrate::Problem problem = is_all_given
                                              ? calibrate::make_problem(experiment, recordings)
                                              : calibrate::plan_problem(experiment, recordings);
+      if (is_all_given) findings.doubt_first(calibrate::foreign_replicates(problem, recordings));
       for (const datasets::Warning& warning : problem.warnings)
         findings.doubtful.push_back(warning.text);
-      estimate(command, problem, findings);
-    } catch (const datasets::InputError& error) {
-      findings.missing.emplace_back(error.what());
-    }
+      const std::vector<std::string> of_scene =
+          calibrate::build_scene(problem.scenes.front().spec.scene, experiment.file.string())
+              .warnings;
+      findings.doubtful.insert(findings.doubtful.end(), of_scene.begin(), of_scene.end());
+      estimate(command, problem, recordings, findings);
+    });
   }
 
   // 4. Verdict

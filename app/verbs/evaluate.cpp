@@ -16,13 +16,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json json_of(const calibrate::Problem& problem, const calibrate::Evaluation& evaluation) {
+Json json_of(const calibrate::Problem& problem,
+             const calibrate::Evaluation& evaluation,
+             std::span<const datasets::Warning> doubts) {
   Json json;
   for (const auto& [name, value] : evaluation.parameters) json["parameters"][name] = value;
   json["objective"] = evaluation.objective;
   json["failed"] = evaluation.failed;
   json["simulations"] = evaluation.runs.size();
-  calibrate::add_evaluation(problem, evaluation, json);
+  calibrate::add_evaluation(problem, evaluation, doubts, json);
   return json;
 }
 
@@ -67,7 +69,9 @@ int run_evaluate(const EvaluateCommand& command) {
       command.runs > 0 ? command.runs : calibrate::default_options(one).search_seeds);
   const calibrate::Evaluation evaluation =
       ensemble->evaluate("evaluation", {&point, 1}, seeds, session.simulation_progress()).front();
-  const Json json = json_of(problem, evaluation);
+  const std::vector<datasets::Warning>& doubts = session.films().doubts;
+  const Json json = json_of(problem, evaluation, doubts);
+  for (const datasets::Warning& doubt : doubts) session.progress().say("Warning: " + doubt.text);
   if (command.common.json) {
     fmt::print("{}\n", json.dump(2));
   } else {

@@ -51,7 +51,8 @@ int run_validate(const ValidateCommand& command) {
                          [&](double) { return session.simulation_progress(); });
   session.record().simulations_run = ensemble->simulated();
   session.record().options = {{"runs", std::to_string(command.runs)}};
-  calibrate::Validation validation{.warnings = session.films().warnings};
+  calibrate::Validation validation;
+  session.add_film_warnings(validation.warnings);
   const calibrate::Failures failures =
       calibrate::failures_of(problem, problem.every_scene(), confirmed.runs);
   if (!failures.sentence.empty()) validation.warnings.push_back(failures.sentence + ".");

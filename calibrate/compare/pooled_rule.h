@@ -34,6 +34,7 @@ class PooledRule final : public Rule {
              const Layout& layout,
              std::vector<Channel> replicates);
 
+  const ChannelShape& shape() const { return shape_; }
   const std::vector<Mean>& means() const { return means_; }
   const Scatter& scatter() const { return scatter_; }
 

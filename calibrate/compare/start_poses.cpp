@@ -69,6 +69,18 @@ StartPoses measure_starts(std::span<const datasets::Trajectories* const> tracks)
   return starts;
 }
 
+std::vector<datasets::Pose> start_places(const datasets::Trajectories& track) {
+  const datasets::Trajectories* one = &track;
+  std::vector<datasets::Pose> places = measure_starts({&one, 1}).mean;
+  for (std::size_t particle = 0; particle < places.size(); ++particle) {
+    datasets::Pose& place = places[particle];
+    for (std::size_t frame = 0; frame < track.frames() && !std::isfinite(place.x + place.z);
+         ++frame)
+      place = track.poses[track.index(frame, particle)];
+  }
+  return places;
+}
+
 datasets::Pose typical_error(const datasets::Trajectories& track) {
   datasets::Pose typical = least_error;
   for (double datasets::Pose::*member :

@@ -20,6 +20,10 @@ struct StartPoses {
 // replicates.
 StartPoses measure_starts(std::span<const datasets::Trajectories* const> tracks);
 
+// The same of one recording; a particle that is not seen then, where it is seen first. NaN where it
+// is never seen.
+std::vector<datasets::Pose> start_places(const datasets::Trajectories& track);
+
 // Median over particles and frames of what a tracker says of its own error; where it says nothing,
 // far below any camera's, and enough for seeds to tell runs apart.
 datasets::Pose typical_error(const datasets::Trajectories& track);

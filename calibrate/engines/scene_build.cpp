@@ -121,6 +121,9 @@ bool lies_on_a_line(const std::vector<sim::ElementSphere>& spheres) {
   });
 }
 
+// To a thousandth of a millimetre, and 0 without a sign.
+double in_mm(double metres) { return std::round(1e6 * metres) / 1e3 + 0.0; }
+
 void add_particle(const SceneParticle& particle, BuiltScene& built) {
   ParticleKind kind;
   const std::vector<sim::ElementSphere> nominal = shape_of(particle, kind.protrusion);
@@ -145,9 +148,18 @@ void add_particle(const SceneParticle& particle, BuiltScene& built) {
   const double length = 2.0 * built.enclosing[kind.types.front()].radius;
   if (!particle.spheres.empty() && clump.centre_in_input.norm() > noteworthy_offset * length) {
     built.warnings.push_back(fmt::format(
-        "The centre of mass of '{}' lies {:.2f} % of its length off the origin of its shape.",
+        "The centre of mass of '{}' lies {:.2f} % of its length off the origin of its shape, at x "
+        "{:.4g}, y {:.4g}, z {:.4g} mm; places are those of the centre of mass, so move its "
+        "spheres "
+        "by x {:.4g}, y {:.4g}, z {:.4g} mm.",
         particle.name,
-        100.0 * clump.centre_in_input.norm() / length));
+        100.0 * clump.centre_in_input.norm() / length,
+        in_mm(clump.centre_in_input.x()),
+        in_mm(clump.centre_in_input.y()),
+        in_mm(clump.centre_in_input.z()),
+        in_mm(-clump.centre_in_input.x()),
+        in_mm(-clump.centre_in_input.y()),
+        in_mm(-clump.centre_in_input.z())));
   }
   if (kind.protrusion > noteworthy_protrusion * length) {
     built.warnings.push_back(

@@ -1,7 +1,5 @@
 #include "calibrate/result/evaluation_json.h"
 
-#include <array>
-
 #include "calibrate/result/result_json.h"
 #include "datasets/verdict/verdict.h"
 
@@ -12,6 +10,7 @@ namespace {
 // By the rules that judge a result: nothing is known of parameters, which are given.
 void add_verdict(const Problem& problem,
                  const Evaluation& evaluation,
+                 std::vector<datasets::Warning> warnings,
                  const Json& told,
                  Json& json) {
   Json facts = {{"kind", "validation"},
@@ -20,15 +19,19 @@ void add_verdict(const Problem& problem,
     facts["agreement"] = agreement;
   if (evaluation.failed > 0) {
     const auto runs = static_cast<int>(evaluation.runs.size());
-    datasets::add_warnings(std::array{words_on_failed(evaluation.failed, runs)}, facts);
+    warnings.push_back(words_on_failed(evaluation.failed, runs));
   }
+  datasets::add_warnings(warnings, facts);
   datasets::add_verdict(facts);
   json["verdict"] = facts["verdict"];
 }
 
 }  // namespace
 
-void add_evaluation(const Problem& problem, const Evaluation& evaluation, Json& json) {
+void add_evaluation(const Problem& problem,
+                    const Evaluation& evaluation,
+                    std::span<const datasets::Warning> warnings,
+                    Json& json) {
   const auto shares = problem.calibrated->shares(evaluation.runs);
   if (shares.size() > 1) {
     for (const auto& [kind, value, weight] : shares) json["shares"][kind] = value;
@@ -40,7 +43,8 @@ void add_evaluation(const Problem& problem, const Evaluation& evaluation, Json& 
   }
   for (const auto& [key, value] : results.json.items())
     if (key != "agreement") json[key] = value;  // which the verdict sums up
-  add_verdict(problem, evaluation, results.json, json);
+  for (const datasets::Warning& warning : warnings) json["warnings"].push_back(warning.text);
+  add_verdict(problem, evaluation, {warnings.begin(), warnings.end()}, results.json, json);
 }
 
 }  // namespace graintruth::calibrate

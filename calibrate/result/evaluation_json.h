@@ -6,7 +6,11 @@
 
 namespace graintruth::calibrate {
 
-// Shares of the objective by kind, and what each observable tells of it.
-void add_evaluation(const Problem& problem, const Evaluation& evaluation, Json& json);
+// Shares of the objective by kind, what each observable tells of it, and the warnings that the
+// verdict heeds; nothing of these where there are none.
+void add_evaluation(const Problem& problem,
+                    const Evaluation& evaluation,
+                    std::span<const datasets::Warning> warnings,
+                    Json& json);
 
 }  // namespace graintruth::calibrate

@@ -248,7 +248,8 @@ void write_validation(const datasets::RunFolder& folder,
   json["simulations"] = confirmed.runs.runs.size();
   json["failed"] = confirmed.runs.failed;
   json["wall_time_s"] = wall_time;
-  append(results.warnings, validation.warnings);
+  results.warnings.insert(
+      results.warnings.begin(), validation.warnings.begin(), validation.warnings.end());
   if (confirmed.runs.failed > 0) {
     results.warnings.push_back(
         words_on_failed(confirmed.runs.failed, static_cast<int>(confirmed.runs.runs.size())));
