@@ -310,5 +310,21 @@ TEST(TrackFile, TracksWithoutUncertaintiesAreReadBack) {
   EXPECT_TRUE(read_tracks(folder / "t.csv").sigmas.empty());
 }
 
+// Files of ours that were damaged or made elsewhere
+TEST(TrackFiles, RefusePlacesThatAreNotFiniteAndNumbersWithHugeGaps) {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& row) {
+    return complaint_about(folder.write("a.csv", "time_s,particle,x_m,z_m\n0,1,0.1,0.2\n" + row),
+                           {});
+  };
+  EXPECT_EQ(said("0,3,0.1,0.3\n"), "");  // the second is not seen
+  expect_words(said("0,2,inf,0.3\n"), {"a.csv:3", "'x_m'", "finite"});
+  expect_words(said("0,2,0.1,-inf\n"), {"a.csv:3", "'z_m'", "finite"});
+  expect_words(said("0,2,1e999,0.3\n"), {"a.csv:3", "'x_m'"});
+  expect_words(said("0,1999999999,0.1,0.3\n"), {"a.csv", "1999999999", "without large gaps"});
+  expect_words(said("0,0,0.1,0.3\n"), {"a.csv:3", "numbered from 1"});
+  expect_words(said("0,2.5,0.1,0.3\n"), {"a.csv:3", "whole number"});
+}
+
 }  // namespace
 }  // namespace graintruth::datasets
