@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
       if (parameter.name == "restitution") continue;
       Count& count = counts[parameter.name];
       ++count.asked;
-      if (!parameter.interval) continue;
+      if (!parameter.interval || is_unfinished(parameter)) continue;  // no end was found
       const double expected = truth.parameters.of(parameter.name);
       count.held += parameter.interval->lower <= expected && expected <= parameter.interval->upper;
       count.widths.push_back(parameter.interval->upper - parameter.interval->lower);

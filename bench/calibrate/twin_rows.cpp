@@ -24,7 +24,8 @@ std::vector<std::string> parameter_cells(const datasets::Experiment& experiment,
   for (const datasets::TunedParameter& tuned : experiment.tuned) {
     const calibrate::CalibratedParameter& parameter = *std::find_if(
         found.begin(), found.end(), [&](const auto& one) { return one.name == tuned.name; });
-    const auto& interval = parameter.interval;
+    // An interval of which the search found no end tells nothing
+    const auto interval = is_unfinished(parameter) ? std::nullopt : parameter.interval;
     cells.insert(cells.end(),
                  {number_text(truth.of(parameter.name)),
                   number_text(parameter.value),

@@ -66,6 +66,37 @@ TEST(Calibrate, IntervalsHoldTheTruthAboutAsOftenAsTheySay) {
   EXPECT_GE(held, least) << "of " << asked;
 }
 
+// Design and effects alone use up this budget; with more of it the same data do tell.
+TEST(Calibrate, TellsAnEndedBudgetFromDataThatDoNotDetermine) {
+  const toy::Truth truth{.parameters = toy::parameters(0.22, 0.35, 0.7), .noise = 0.001};
+  CalibrationOptions options = quick(1);
+  options.budget = 14;
+  const CalibrationResult result =
+      calibrated(toy::engine(truth.noise), toy::problem(truth, 5, 11), options);
+  int unfinished = 0;
+  for (const CalibratedParameter& parameter : result.calibrated) {
+    if (parameter.name == "restitution") {  // without any effect, which the budget does not change
+      EXPECT_EQ(interval_status(parameter), "not_determined");
+      continue;
+    }
+    EXPECT_EQ(parameter.status, ParameterStatus::tuned) << parameter.name;
+    EXPECT_EQ(interval_status(parameter), "budget_ended") << parameter.name;
+    ASSERT_TRUE(parameter.interval.has_value());
+    if (!is_unfinished(parameter)) continue;
+    ++unfinished;
+    EXPECT_EQ(parameter.interval->lower, parameter.lower_bound);
+    EXPECT_EQ(parameter.interval->upper, parameter.upper_bound);
+    EXPECT_TRUE(std::any_of(
+        result.warnings.begin(), result.warnings.end(), [&](const datasets::Warning& warning) {
+          return warning.text.find(
+                     "The budget of 14 evaluations ended before either end of the "
+                     "interval of " +
+                     parameter.name) != std::string::npos;
+        }));
+  }
+  EXPECT_GE(unfinished, 1);
+}
+
 TEST(Calibrate, TellsBeforeTheSearchWhereChanceHidesTheParameters) {
   constexpr double noise = 0.2;  // m; tracks are less than that apart
   const Problem problem = toy::problem({.noise = noise}, 5, 11);

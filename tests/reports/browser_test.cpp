@@ -25,7 +25,9 @@ struct Visit {
 };
 
 // Opens a page from disk. Lines of the browser's own log that are not about the page are left out.
-Visit visit(const std::filesystem::path& page, const std::filesystem::path& scratch) {
+Visit visit(const std::filesystem::path& page,
+            const std::filesystem::path& scratch,
+            int width = 1280) {
   std::filesystem::remove_all(scratch);
   std::filesystem::create_directories(scratch);
   const std::string command = fmt::format(
@@ -33,12 +35,13 @@ Visit visit(const std::filesystem::path& page, const std::filesystem::path& scra
       "--no-first-run "
       "--disable-background-networking --disable-component-update --disable-sync "
       "--user-data-dir='{0}/profile' "
-      "--window-size=1280,1000 --virtual-time-budget=20000 --enable-logging=stderr --v=0 "
+      "--window-size={3},1000 --virtual-time-budget=20000 --enable-logging=stderr --v=0 "
       "--dump-dom 'file://{2}' "
       ">'{0}/document' 2>'{0}/log'",
       scratch.string(),
       browser,
-      page.string());
+      page.string(),
+      width);
   Visit result;
   result.status = std::system(command.c_str());
   result.document = datasets::read_whole(scratch / "document");
@@ -134,6 +137,52 @@ TEST_F(BrowserPage, ShowsFilmAndSimulationByASlider) {
   EXPECT_EQ(tests::occurrences(seen.document, "class=\"key shown\""), 1);
   EXPECT_EQ(tests::occurrences(seen.document, "class=\"key\""), 2);
   EXPECT_NE(seen.document.find("aria-valuetext=\"4.80&nbsp;s\""), std::string::npos);
+}
+
+// What a script at the end of the page puts into data-seen.
+std::string seen_by(const std::string& script,
+                    const datasets::RunFolder& folder,
+                    const std::filesystem::path& scratch,
+                    int width) {
+  write_report(folder);
+  std::string page = datasets::read_whole(folder.report());
+  page.insert(page.rfind("</body>"),
+              "<script>document.body.dataset.seen = (() => { " + script + " })();</script>");
+  datasets::write_whole(folder.report(), page);
+  const Visit visited = visit(folder.report(), scratch, width);
+  EXPECT_EQ(visited.console, "");
+  const std::string before = "data-seen=\"";
+  const auto begin = visited.document.find(before);
+  if (begin == std::string::npos) return "";
+  const auto first = begin + before.size();
+  return visited.document.substr(first, visited.document.find('"', first) - first);
+}
+
+// On a telephone nothing but tables and code, which have their own bars, is wider than the page,
+// and the verdict with its next step stands on the first screen.
+TEST_F(BrowserPage, FitsANarrowScreen) {
+  const std::string seen = seen_by(
+      "const next = document.querySelector('.verdict .next').getBoundingClientRect();"
+      "return [window.innerWidth, document.documentElement.scrollWidth <= window.innerWidth,"
+      " next.bottom < 700].join();",
+      folder_,
+      root_ / "browser",
+      400);
+  EXPECT_EQ(seen, "400,true,true");
+}
+
+TEST_F(BrowserPage, UnfoldsForPaperAlone) {
+  const std::string seen = seen_by(
+      "const count = () => document.querySelectorAll('details[open]').length;"
+      "const all = document.querySelectorAll('details').length;"
+      "const seen = [count()];"
+      "window.dispatchEvent(new Event('beforeprint')); seen.push(count() === all && all > 5);"
+      "window.dispatchEvent(new Event('afterprint')); seen.push(count());"
+      "return seen.join();",
+      folder_,
+      root_ / "browser",
+      1280);
+  EXPECT_EQ(seen, "0,true,0");
 }
 
 TEST_F(BrowserPage, DrawsWhatThereIsWhenTablesAreAbsent) {

@@ -592,7 +592,7 @@ TEST_F(Report, StandsOutFromItsGroundByDayAndByNight) {
   ASSERT_NE(night, std::string::npos);
   for (const std::string& colours : {style.substr(0, night), style.substr(night)}) {
     const std::string when = colours.size() == night ? " by day" : " by night";
-    for (const char* text : {"ink", "muted", "accent"}) {
+    for (const char* text : {"ink", "muted", "accent", "warn", "good", "bad"}) {
       for (const char* ground : {"paper", "panel"})
         EXPECT_GE(contrast(colours, text, ground), 4.5) << text << " on " << ground << when;
     }
