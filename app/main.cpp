@@ -13,6 +13,7 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "app/run/command_line_text.h"
@@ -25,13 +26,7 @@ namespace {
 
 using namespace graintruth;
 
-enum ExitStatus {
-  done = 0,
-  unusable_input = 2,
-  too_many_failures = 3,
-  inner_fault = 4,
-  interrupted = 130
-};
+enum ExitStatus { done = 0, unusable_input = 2, too_many_failures = 3, interrupted = 130 };
 
 // One sentence on stderr, whatever the ending of the text and however many lines it has.
 int refuse(std::string text, ExitStatus status) {
@@ -338,7 +333,15 @@ int refuse_fault(const std::string& what) {
   return refuse(fmt::format("a fault of this program, not of your input: {}. Please report it with "
                             "this sentence, the command line and the experiment file",
                             what),
-                inner_fault);
+                unusable_input);
+}
+
+// What is written as JSON must be.
+bool is_utf8(const std::string& text) {
+  using Json = nlohmann::json;
+  const Json json(text);
+  return json.dump(-1, ' ', false, Json::error_handler_t::ignore) ==
+         json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string joined(int argc, char** argv) {
@@ -485,6 +488,12 @@ int main(int argc, char** argv) {
       ->group("");
 
   const std::string command_line = joined(argc, argv);
+  if (!is_utf8(command_line)) {
+    return refuse(
+        "the command line holds letters that are not UTF-8, in which all files of a run are "
+        "written; rename what it names",
+        unusable_input);
+  }
   for (app::CommonOptions* options : {&calibrate.common,
                                       &track.common,
                                       &validate.common,

@@ -24,11 +24,11 @@ Watch::Watch(bool is_on, Session& session, calibrate::EvaluationAgreement agreem
 }
 
 Watch::~Watch() {
-  if (!is_on_ || !std::filesystem::exists(session_.folder().progress())) return;
   try {
+    if (!is_on_ || !std::filesystem::exists(session_.folder().progress())) return;
     datasets::remove_progress(session_.folder());
     reports::write_report(session_.folder());
-  } catch (const datasets::InputError&) {
+  } catch (const std::exception&) {
     // The run's own ending is what matters
   }
 }

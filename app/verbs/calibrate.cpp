@@ -194,7 +194,7 @@ void calibrate_several(const CalibrateCommand& command, const datasets::JointExp
   std::vector<std::vector<std::string>> lines;
   for (std::size_t i = 0; i < problems.size(); ++i) {
     calibrate::ExperimentResult& own = result.experiments[i];
-    const std::string that_there_are_others = own.warnings.front();
+    const datasets::Warning that_there_are_others = own.warnings.front();
     sessions[i]->add_film_warnings(own.warnings);
     lines.push_back(calibrate::write_calibration(
         sessions[i]->folder(), problems[i], options, own, sessions[i]->seconds()));

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "calibrate/executors/executor.h"
@@ -24,7 +25,11 @@ void parallel_for(int count, int jobs, const std::function<void(int)>& task) {
     }
   };
   std::vector<std::jthread> threads;
-  for (int thread = 1; thread < std::min(jobs, count); ++thread) threads.emplace_back(work);
+  // Fewer do the same work where the system allows no more threads
+  try {
+    for (int thread = 1; thread < std::min(jobs, count); ++thread) threads.emplace_back(work);
+  } catch (const std::system_error&) {
+  }
   work();
   threads.clear();
   if (failure) std::rethrow_exception(failure);

@@ -1,6 +1,7 @@
 #include "sim/engine/team.h"
 
 #include <cassert>
+#include <system_error>
 
 namespace graintruth::sim {
 namespace {
@@ -27,8 +28,11 @@ std::uint64_t tickets_of_next_round(std::uint64_t ticket, int count) {
 }  // namespace
 
 Team::Team(int workers) {
-  for (int worker = 1; worker < workers; ++worker) {
-    threads_.emplace_back([this, worker] { wait_for_work(worker); });
+  // Fewer do the same work where the system allows no more threads
+  try {
+    for (int worker = 1; worker < workers; ++worker)
+      threads_.emplace_back([this, worker] { wait_for_work(worker); });
+  } catch (const std::system_error&) {
   }
 }
 

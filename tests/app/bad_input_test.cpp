@@ -198,6 +198,14 @@ TEST_F(BadInput, TheCaseOfImpossibleParameters) {
   }
 }
 
+// All files of a run are UTF-8
+TEST_F(BadInput, NamesThatAreNotUtf8) {
+  const auto file = folder_ / "caf\xe9.toml";
+  std::ofstream(file) << track_experiment();
+  for (const char* verb : {"check", "track", "calibrate"})
+    expect_refusal(run_program({verb, file, "--out", out()}), {"not UTF-8"});
+}
+
 TEST_F(BadInput, UnknownTarget) {
   expect_refusal(run_program({"reproduce", "table-9.9"}), {"table-9.9", "--list"});
 }

@@ -68,25 +68,42 @@ TEST(LimbModel, IsNotDrawnInwardsByShading) {
   }
 }
 
-// An orange ball before grey of the same brightness, and a shadow's edge on it: only the hue tells.
-TEST(LimbModel, IsSeenByItsHueAndNotWhereAShadowEnds) {
+// An orange ball before grey of the same brightness, whose limb is at `edge`. Light on it is
+// stronger by `more` inside of the place `shadow`, in grey levels. Places in px.
+RayProfile orange_before_grey(double edge, double more, double shadow) {
   const Eigen::Vector3f paint(1.0F, 0.5F, -0.6F), ground(90.0F, 0.0F, 0.0F);
-  constexpr double shadow = -3.0, edge = 0.3;  // px
   RayProfile profile;
   for (int i = 0; i < RayProfile::samples; ++i) {
     const double t = (i - RayProfile::inside) * RayProfile::step;
     const auto inside = [&](double blur) {
       return static_cast<float>(0.5 * std::erfc((t - edge) / (blur * std::numbers::sqrt2)));
     };
-    const auto light =
-        static_cast<float>(90.0 + 40.0 * std::erfc((t - shadow) / (1.2 * std::numbers::sqrt2)));
+    const auto light = static_cast<float>(
+        90.0 + 0.5 * more * std::erfc((t - shadow) / (1.2 * std::numbers::sqrt2)));
     Eigen::Vector3f& colour = profile.colours[static_cast<std::size_t>(i)];
     colour = inside(1.9) * light * paint + (1.0F - inside(1.9)) * ground;
     colour[0] = inside(1.2) * light * paint[0] + (1.0F - inside(1.2)) * ground[0];
   }
-  const LimbEdge found = LimbModel(24.0, 1.2, 1.9).locate(profile, 0.0, 2.75, 1.0);
+  return profile;
+}
+
+TEST(LimbModel, IsSeenByItsHueWhereBallAndGroundAreEquallyBright) {
+  for (const double edge : {-0.6, 0.0, 0.3}) {
+    const LimbEdge found =
+        LimbModel(24.0, 1.2, 1.9).locate(orange_before_grey(edge, 0.0, -3.0), 0.0, 2.75, 1.0);
+    ASSERT_TRUE(found.found);
+    EXPECT_NEAR(found.position, edge, 0.1);
+  }
+}
+
+// A hard shadow is no part of the model and draws the limb a little inwards, but it is not taken
+// for the limb.
+TEST(LimbModel, IsNotWhereAShadowEnds) {
+  constexpr double edge = 0.3, shadow = -3.0;
+  const LimbEdge found =
+      LimbModel(24.0, 1.2, 1.9).locate(orange_before_grey(edge, 80.0, shadow), 0.0, 2.75, 1.0);
   ASSERT_TRUE(found.found);
-  EXPECT_NEAR(found.position, edge, 0.2);
+  EXPECT_LT(std::abs(found.position - edge), 0.25 * (edge - shadow));
 }
 
 TEST(LimbModel, IsLessSureWhereTheEdgeIsFaint) {

@@ -15,7 +15,8 @@ constexpr BodyShape shape{0.0278, {0.0222, 0.0222}, 0.5, 2};
 constexpr double scale = 1000.0;  // px/m
 const Camera camera = make_camera(160, 120, 0.0, 0.0, 1.5, scale, 0.0, 0.0);
 
-// A pattern that lies still on the body, under light that grows to one side; `phase` makes others.
+// A pattern that lies still on the body, under light that grows to one side; `phase` makes others,
+// of other pitches.
 cv::Mat draw(const BodyPose& pose, double phase, double slope = 0.0) {
   cv::Mat picture(camera.height(), camera.width(), CV_8UC3);
   const double cosine = std::cos(pose.angle), sine = std::sin(pose.angle);
@@ -26,7 +27,8 @@ cv::Mat draw(const BodyPose& pose, double phase, double slope = 0.0) {
       const double u = cosine * x + sine * z, v = -sine * x + cosine * z;
       const double light = 1.0 + slope * (static_cast<double>(column) / picture.cols - 0.5);
       const double value =
-          light * (120.0 + 60.0 * std::sin(500.0 * u + phase) * std::cos(420.0 * v + 2.0 * phase));
+          light * (120.0 + 60.0 * std::sin((400.0 + 200.0 * phase) * u + phase) *
+                               std::cos((450.0 - 100.0 * phase) * v + 2.0 * phase));
       picture.at<cv::Vec3b>(row, column) = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(value));
     }
   }
