@@ -35,6 +35,7 @@ class PooledRule final : public Rule {
              std::vector<Channel> replicates);
 
   const ChannelShape& shape() const { return shape_; }
+  std::optional<Repeats> repeats() const override { return Repeats{shape_, true}; }
   const std::vector<Mean>& means() const { return means_; }
   const Scatter& scatter() const { return scatter_; }
 

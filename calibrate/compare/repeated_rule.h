@@ -25,6 +25,7 @@ class RepeatedRule final : public Rule {
                std::vector<Channel> replicates);
 
   const ChannelShape& shape() const { return shape_; }
+  std::optional<Repeats> repeats() const override { return Repeats{shape_, false}; }
   const Target& target(std::size_t condition) const { return targets_[condition].whole; }
   // The channels of a condition's replicates.
   std::vector<const Channel*> replicates_of(std::size_t condition) const;

@@ -51,6 +51,14 @@ class Rule {
  public:
   virtual ~Rule() = default;
 
+  // How replicates of one condition differ from each other: by a scatter of each condition's own,
+  // or by one that is learned from all of them. Empty where a law over all conditions is compared.
+  struct Repeats {
+    ChannelShape shape;
+    bool is_pooled = false;
+  };
+  virtual std::optional<Repeats> repeats() const { return std::nullopt; }
+
   // What is kept of the runs of one evaluation.
   struct Runs {
     virtual ~Runs() = default;

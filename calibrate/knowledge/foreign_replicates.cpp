@@ -374,12 +374,12 @@ std::vector<datasets::Warning> foreign_replicates(const Problem& problem,
     const Observable& observable = *problem.observables->all()[place];
     RepeatedQuantity quantity{.name = observable.name()};
     const Rule* rule = problem.all->rule_of(quantity.name);
-    if (const auto* repeated = dynamic_cast<const RepeatedRule*>(rule))
-      quantity.difference = repeated->shape().difference;
-    if (const auto* pooled = dynamic_cast<const PooledRule*>(rule)) {
-      if (pooled->shape().resolution > 0.0) continue;
+    const auto repeats = rule != nullptr ? rule->repeats() : std::nullopt;
+    if (repeats && !repeats->is_pooled) quantity.difference = repeats->shape.difference;
+    if (repeats && repeats->is_pooled) {
+      if (repeats->shape.resolution > 0.0) continue;
       quantity.is_pooled = true;
-      quantity.is_relative = pooled->shape().relative != Relative::absolute;
+      quantity.is_relative = repeats->shape.relative != Relative::absolute;
     }
     // The first unit is that of what differs plainly
     const std::string unit = observable.words().unit;

@@ -301,7 +301,7 @@ TEST_F(Export, RefusesWithOneSentenceAndWritesNothing) {
   change({{0.0, 0.01}}, 0.04);
   expect_refusal(export_to("liggghts"), "LIGGGHTS takes none of 0.05 or less");
   change({{0.0, 0.01}}, 1.5);
-  expect_refusal(export_to("yade"), "restitution is 1.5");
+  expect_refusal(export_to("yade"), "'parameters.restitution.value' is 1.5");
   change({{0.0, 0.01}}, 0.8);
   Json run = Json::parse(content_of(run_.run()));
   run["configuration"]["particle"]["inertia_kg_m2"] = {1e-9, -1e-9, 1e-9};
