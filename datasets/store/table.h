@@ -67,9 +67,10 @@ class Table {
 // '%' are skipped, and so are rows of empty cells and columns without a name and without a value.
 //
 // Header: the first row. If that holds nothing but numbers, the nearest line above it that starts
-// with one of these and has as many cells. If what follows the first row does not fit under it, the first
-// row of names under which two rows of numbers fit. A second row of units goes into the names:
-// "Time", "s" become "Time (s)". LabVIEW's .lvm states header, separator and decimal mark itself.
+// with one of these and has as many cells. If what follows the first row does not fit under it, the
+// first row of names under which two rows of numbers fit. A second row of units goes into the
+// names: "Time", "s" become "Time (s)". LabVIEW's .lvm states header, separator and decimal mark
+// itself.
 //
 // Cells are parted by what a first line `sep=;` says; else by tabs where the header has one, else
 // by semicolons or commas, of which it has more, else by blanks where the rows have some.

@@ -376,9 +376,8 @@ std::optional<Verdict> agrees(const Facts& facts) {
   }
   return Verdict{Mark::agrees,
                  reason,
-                 facts.is_calibration
-                     ? "Export the parameters, or validate them on other films"
-                     : "Use these parameters for motions like this one"};
+                 facts.is_calibration ? "Export the parameters, or validate them on other films"
+                                      : "Use these parameters for motions like this one"};
 }
 
 using Rule = std::optional<Verdict> (*)(const Facts& facts);
