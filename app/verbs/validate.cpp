@@ -55,7 +55,12 @@ int run_validate(const ValidateCommand& command) {
   session.add_film_warnings(validation.warnings);
   const calibrate::Failures failures =
       calibrate::failures_of(problem, problem.every_scene(), confirmed.runs);
-  if (!failures.sentence.empty()) validation.warnings.push_back(failures.sentence + ".");
+  if (!failures.sentence.empty()) {
+    validation.warnings.push_back(
+        calibrate::words_on_failed(confirmed.runs.failed,
+                                   static_cast<int>(confirmed.runs.runs.size()),
+                                   failures.sentence + "."));
+  }
   calibrate::write_validation(session.folder(), problem, confirmed, session.seconds(), validation);
   calibrate::write_journal_csv(session.folder().journal_csv(), journal);
   if (!command.common.json) {

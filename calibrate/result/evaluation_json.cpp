@@ -19,7 +19,9 @@ void add_verdict(const Problem& problem,
     facts["agreement"] = agreement;
   if (evaluation.failed > 0) {
     const auto runs = static_cast<int>(evaluation.runs.size());
-    warnings.push_back(words_on_failed(evaluation.failed, runs));
+    facts["failed"] = evaluation.failed;
+    facts["simulations"] = runs;
+    warnings.push_back(words_on_failed(evaluation.failed, runs, ""));
   }
   datasets::add_warnings(warnings, facts);
   datasets::add_verdict(facts);

@@ -250,10 +250,6 @@ void write_validation(const datasets::RunFolder& folder,
   json["wall_time_s"] = wall_time;
   results.warnings.insert(
       results.warnings.begin(), validation.warnings.begin(), validation.warnings.end());
-  if (confirmed.runs.failed > 0) {
-    results.warnings.push_back(
-        words_on_failed(confirmed.runs.failed, static_cast<int>(confirmed.runs.runs.size())));
-  }
   datasets::add_warnings(results.warnings, json);
   datasets::add_verdict(json);
   write_tables(folder, results);

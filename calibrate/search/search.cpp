@@ -647,14 +647,10 @@ void Search::choose() {
   if (choice.is_as_good(at_bench.front(), winner)) result_.parameters = at_bench.front().parameters;
 }
 
-datasets::Warning words_on_failed(int failed, int simulations) {
-  return datasets::first_line(
-      fmt::format("{} of {} simulations did not complete and were scored as a model in which "
-                  "nothing moves.",
-                  failed,
-                  simulations),
-      fmt::format("{} of {} simulations failed", failed, simulations),
-      "See journal.csv for why they failed");
+datasets::Warning words_on_failed(int failed, int simulations, std::string text) {
+  return datasets::first_line(std::move(text),
+                              fmt::format("{} of {} simulations failed", failed, simulations),
+                              "See journal.csv for why they failed");
 }
 
 // 11. Values, intervals and what must be said of them.
@@ -680,7 +676,13 @@ SearchResult Search::finish() {
   for (const OpenPair& pair : find_open_pairs(result_.calibrated, result_.trade_offs))
     result_.warnings.push_back(words_on(pair));
   if (result_.failed > 0) {
-    result_.warnings.push_back(words_on_failed(result_.failed, result_.simulations));
+    result_.warnings.push_back(words_on_failed(
+        result_.failed,
+        result_.simulations,
+        fmt::format("{} of {} simulations did not complete and were scored as a model in which "
+                    "nothing moves.",
+                    result_.failed,
+                    result_.simulations)));
   }
   if (result_.retried > 0) {
     result_.warnings.push_back(fmt::format(

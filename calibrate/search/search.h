@@ -93,7 +93,8 @@ struct SearchResult {
   std::vector<StageTime> stages;
 };
 
-datasets::Warning words_on_failed(int failed, int simulations);
+// What `text` tells of failed simulations, as a warning of the first line.
+datasets::Warning words_on_failed(int failed, int simulations, std::string text);
 
 // Simulations of one scene that the choice of the winner takes at most.
 int choice_simulations(const CalibrationOptions& options);

@@ -238,7 +238,8 @@ std::string capitalised(std::string words) {
 
 struct Facts {
   bool is_calibration = false;
-  int replicates = -1;  // that the score is of; -1: no score
+  int replicates = -1;                     // that the score is of; -1: no score
+  double failed = 0.0, simulations = 0.0;  // NaN where a result does not tell
   std::vector<Compared> compared;
   Parameters parameters;
   struct Doubt {
@@ -258,6 +259,8 @@ struct Facts {
 
 Facts facts_of(const Json& result) {
   Facts facts{.is_calibration = !text(result, {"kind"}).ends_with("validation"),
+              .failed = number(result, {"failed"}),
+              .simulations = number(result, {"simulations"}),
               .compared = compare_all(result),
               .parameters = parameters_of(result)};
   const double replicates = number(result, {"agreement", "replicates"});
@@ -273,6 +276,14 @@ Facts facts_of(const Json& result) {
 
 constexpr std::size_t most_words = 20;  // of a reason
 constexpr const char* larger_budget = "Repeat the command with a larger --budget";
+
+std::optional<Verdict> most_failed(const Facts& facts) {
+  if (!(2.0 * facts.failed > facts.simulations)) return std::nullopt;
+  return Verdict{
+      Mark::cannot_be_judged,
+      fmt::format("{:.0f} of {:.0f} simulations failed.", facts.failed, facts.simulations),
+      "See journal.csv for why they failed"};
+}
 
 std::optional<Verdict> nothing_compared(const Facts& facts) {
   if (!facts.compared.empty()) return std::nullopt;
@@ -381,7 +392,8 @@ std::optional<Verdict> agrees(const Facts& facts) {
 }
 
 using Rule = std::optional<Verdict> (*)(const Facts& facts);
-constexpr std::array<Rule, 8> rules = {nothing_compared,
+constexpr std::array<Rule, 9> rules = {most_failed,
+                                       nothing_compared,
                                        differs_before_the_search_ended,
                                        differs,
                                        too_few_replicates,

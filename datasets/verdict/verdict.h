@@ -27,6 +27,7 @@ std::string next_words(const Verdict& verdict);
 std::string sentence_of(const Verdict& verdict);
 
 // Decides from result.json alone, by the first of these rules that applies:
+//   0. More than half of the simulations failed: cannot be judged.
 //   1. Nothing was compared, or no scatter between replicates is known: cannot be judged.
 //   2. The simulation differs and the budget ended the search: cannot be judged.
 //   3. The simulation differs: does not agree.

@@ -85,6 +85,17 @@ TEST(Verdict, CannotBeJudgedWhereNothingWasCompared) {
   EXPECT_EQ(judge(result).mark, Mark::cannot_be_judged);
 }
 
+TEST(Verdict, CannotBeJudgedWhereMostSimulationsFailed) {
+  Json result = good();
+  result["failed"] = 5;
+  result["simulations"] = 10;
+  EXPECT_EQ(judge(result).mark, Mark::agrees);
+  result["failed"] = 6;
+  result["agreement"] = agreement(0.0);
+  EXPECT_EQ(judge(result).mark, Mark::cannot_be_judged);
+  EXPECT_EQ(judge(result).reason, "6 of 10 simulations failed.");
+}
+
 TEST(Verdict, DoesNotAgreeWhereAFurtherReplicateWouldAgreeMore) {
   Json result = good();
   result["agreement"] = agreement(74.0);
