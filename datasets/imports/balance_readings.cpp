@@ -139,7 +139,17 @@ std::vector<Stuck> find_stuck(std::span<const Reading> readings,
   return stuck;
 }
 
-Tare find_tare(std::span<const Reading> at_rest, double least_drift) {
+double fastest_rate(std::span<const Reading> readings) {
+  const std::size_t stretch = std::max<std::size_t>(1, readings.size() / 10);
+  double fastest = 0.0;
+  for (std::size_t i = 0; i + stretch < readings.size(); ++i) {
+    const Reading &from = readings[i], &to = readings[i + stretch];
+    fastest = std::max(fastest, std::abs(to.mass - from.mass) / (to.time - from.time));
+  }
+  return fastest;
+}
+
+Tare find_tare(std::span<const Reading> at_rest, double least_drift, double least_flow) {
   constexpr std::size_t parts = 8, fewest = 2 * parts;
   constexpr double one_in_1000 = 5.959;  // Student's t of eight parts less two parameters
   Tare tare;
@@ -157,7 +167,8 @@ Tare find_tare(std::span<const Reading> at_rest, double least_drift) {
     }
     const StraightLine line = straight_line(times, levels);
     const double error = line.slope_standard_error(parts);
-    if (std::abs(line.slope) > std::max(one_in_1000 * error, least_drift)) {
+    const double speed = std::abs(line.slope);
+    if (speed > std::max(one_in_1000 * error, least_drift) && speed < least_flow) {
       tare.drift = line.slope;
       tare.drift_standard_error = error;
     }

@@ -50,6 +50,10 @@ std::vector<Stuck> find_stuck(std::span<const Reading> readings,
                               std::size_t rest,
                               double particle_mass);
 
+// How fast the mass moves at most, kg/s: of stretches of a tenth of the readings. 0 of a single
+// one.
+double fastest_rate(std::span<const Reading> readings);
+
 // The level of the balance before anything has left.
 struct Tare {
   double level = 0.0;                 // kg, at the start event
@@ -58,9 +62,10 @@ struct Tare {
 };
 // The median of the readings at rest. A drift is the slope of the line through the medians of eight
 // equal parts of the rest, where the scatter of the parts about the line says that it is none of
-// chance (Student's t, 1 in 1000), and it is larger than `least_drift` (kg/s). It needs sixteen
-// readings. Then the level is the median of what is left when the drift is taken out.
-Tare find_tare(std::span<const Reading> at_rest, double least_drift);
+// chance (Student's t, 1 in 1000), and it is larger than `least_drift` and smaller than
+// `least_flow` (kg/s): what moves as fast as that is flow. It needs sixteen readings. Then the
+// level is the median of what is left when the drift is taken out.
+Tare find_tare(std::span<const Reading> at_rest, double least_drift, double least_flow);
 
 // The never falling values nearest to these in the least-squares sense: neighbours that fall are
 // pooled (Ayer et al. 1955). A running maximum would follow the highest of the noise.

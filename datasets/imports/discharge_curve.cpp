@@ -175,7 +175,11 @@ class CurveReader {
     const double matters =
         std::max(0.5 * source_.particle_mass, 0.1 * tolerated_share * source_.full_mass);
     const double rest_lasts = -resting.front().time;
-    const Tare tare = find_tare(resting, matters / std::max(0.5 * rest_lasts, after));
+    // A stated event that lies in the flow makes a rest that moves as fast as what follows
+    constexpr double share_of_flow = 0.25;
+    const Tare tare = find_tare(resting,
+                                matters / std::max(0.5 * rest_lasts, after),
+                                share_of_flow * fastest_rate(after_event()));
     drift_ = tare.drift;
     // Two standard errors at the end of the curve
     const bool holds_on = 2.0 * tare.drift_standard_error * after <= matters;

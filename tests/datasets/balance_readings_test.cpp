@@ -295,5 +295,20 @@ TEST_F(Balance, FlowBeforeTheStatedEventIsTold) {
   expect_note({"4.4 g have left before the start event", "correct event_s"});
 }
 
+// Flow all along is no drift.
+TEST_F(Balance, FlowThroughTheStatedEventIsNoDrift) {
+  for (const double speed : {5.0, 10.0, -5.0}) {  // g/s
+    const auto flows = [speed](int, double t, double) { return 12.5 + speed * t; };
+    const std::string text = table_of({.rest = 0.5, .after = 0.4, .faulty = flows});
+    if (speed < 0.0) {
+      expect_complaint(text, {"cell.csv: ", "'Mass (g)' falls by", "remaining_mass_g"});
+      continue;
+    }
+    read(text);
+    expect_note({"have left before the start event", "correct event_s"});
+    for (const std::string& note : notes_) EXPECT_EQ(note.find("drift"), std::string::npos) << note;
+  }
+}
+
 }  // namespace
 }  // namespace graintruth::datasets
