@@ -188,20 +188,20 @@ TEST_F(FitTables, CapitalsTellOrificeGrainAndSilo) {
 }
 
 TEST_F(FitTables, UncertaintiesThatAreNoneAreRefusedWithTheirLine) {
-  for (const char* header :
-       {"q_se (g/s)", "sigma_q_g_s", "flow_rate_standard_uncertainty_kg_per_s"}) {
-    for (const char* bad : {"", "0", "-1", "nan", "inf", "-0.0"}) {
-      int number = 0;
-      const auto row = [&](double D, double W) {
-        return fmt::format("{},{},1450,3,{}", 1e3 * D, 1e3 * W, ++number == 4 ? bad : "0.5");
-      };
-      expect_refusal(circular_,
-                     rates_of(fmt::format("D0 (mm),W (g/s),bulk_density (kg/m3),d (mm),{}", header),
-                              1.4,
-                              0.003,
-                              row),
-                     {"table.csv:5:", header, "above 0"});
-    }
+  for (const auto& [header, bad] : {std::pair("q_se (g/s)", ""),
+                                    std::pair("q_se (g/s)", "0"),
+                                    std::pair("sigma_q_g_s", "-1"),
+                                    std::pair("W_std_kg_per_h", "nan"),
+                                    std::pair("flow_rate_uncertainty_g_per_s", "inf")}) {
+    int number = 0;
+    const auto row = [&](double D, double W) {
+      return fmt::format("{},{},1450,3,{}", 1e3 * D, 1e3 * W, ++number == 4 ? bad : "0.5");
+    };
+    expect_refusal(
+        circular_,
+        rates_of(
+            fmt::format("D0 (mm),W (g/s),bulk_density (kg/m3),d (mm),{}", header), 1.4, 0.003, row),
+        {"table.csv:5:", header, "above 0"});
   }
   expect_refusal(circular_,
                  rates_of("D0 (mm),W (g/s),bulk_density (kg/m3),d (mm),q_se",

@@ -120,6 +120,26 @@ TEST(Beverloo, IntervalsCover) {
   EXPECT_LE(with_k, 970);
 }
 
+// Rates that follow the law to the last digit leave residuals of rounding alone.
+TEST(Beverloo, ExactRatesConverge) {
+  for (const BeverlooLaw law : {BeverlooLaw::slot, BeverlooLaw::circular}) {
+    for (const double k : {0.14, 1.0, 1.4, 2.9, 3.9}) {
+      for (const double C : {5.8e-4, 0.58, 580.0}) {
+        std::vector<DischargeRate> rates;
+        for (const double orifice : {0.012, 0.015, 0.018, 0.022, 0.026, 0.030}) {
+          DischargeRate at{.orifice = orifice, .density = 1450.0, .particle_diameter = 0.003};
+          at.rate = beverloo_rate(law, at, C, k, 9.81);
+          rates.push_back(at);
+        }
+        const LeastSquaresFit fit = fit_beverloo(law, rates, 9.81);
+        EXPECT_TRUE(fit.converged) << k << ' ' << C;
+        EXPECT_NEAR(fit.parameters[0], C, 1e-9 * C);
+        EXPECT_NEAR(fit.parameters[1], k, 1e-9 * k);
+      }
+    }
+  }
+}
+
 TEST(Beverloo, UncertaintiesAreOfAllOrOfNone) {
   std::vector<DischargeRate> rates;
   for (const double orifice : {0.02, 0.03, 0.04, 0.05}) {
