@@ -199,6 +199,24 @@ TEST(BulkDensity, OfBallsInABoxIsThatOfLooseOrDensePacking) {
   EXPECT_LT(share, 0.64);
 }
 
+// No bed is as dense as its grains, and a number in g/cm3 is none in kg/m3.
+TEST(BulkDensity, ThatContradictsTheGrainsIsTold) {
+  BoxExperiment made(of_the_box, "bulk_density_kg_per_m3\n700\n");
+  complete_particle(made.experiment);
+  const Situation situation{.particle = made.experiment.particle,
+                            .rig = made.experiment.replicates.front().rig,
+                            .measurement = made.experiment.measurement};
+  const Observables observables(made.experiment);
+  const auto said = [&](double value) {
+    return observables.all().front()->contradiction(Channel{.values = {value}}, situation);
+  };
+  for (const double possible : {0.2 * density, 0.6 * density, 0.9 * density})
+    EXPECT_EQ(said(possible), "") << possible;
+  for (const double impossible : {1.05 * density, 2.0 * density, 0.6e-3 * density, 0.6e3 * density})
+    EXPECT_NE(said(impossible).find("look at the units"), std::string::npos) << impossible;
+  EXPECT_EQ(observables.all().front()->contradiction(Channel{}, situation), "");
+}
+
 TEST(BulkDensity, OfNoContainerIsRefused) {
   const std::string asked = "observables = [\"bulk_density\"]\n", table = "force_n\n1\n";
   expect_refusal(BoxExperiment(asked, table),
