@@ -364,8 +364,8 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   program.footer(
       "Exit status: 0 done, 1 a requirement is not met, 2 unusable input, 3 too many failed "
-      "simulations, 4 a fault of this program (please report it), 130 interrupted (run the same "
-      "command again to resume).");
+      "simulations, 130 interrupted (run the same command again to resume). A fault of the program "
+      "itself ends with 2 and asks to be reported.");
 
   app::CalibrateCommand calibrate;
   app::TrackCommand track;
