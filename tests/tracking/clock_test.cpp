@@ -134,6 +134,26 @@ TEST(Clock, TellsNothingWhereOneOfTheThreeWitnessesDisagrees) {
   EXPECT_TRUE(find_clock_faults(filmed_at(repeating), pixel, other).repeated.empty());
 }
 
+// Compression renews some pictures of a film at rest, and places jump with them. Nothing moves into
+// the picture between, which shows nothing new.
+TEST(Clock, TakesNoCompressionForARepeatedPicture) {
+  constexpr std::size_t between = 8, starts = 30;
+  datasets::Trajectories tracks = datasets::make_trajectories(frames, particles, true);
+  PictureClock clock;
+  double moved = 0.0;
+  for (std::size_t k = 0; k < frames; ++k) {
+    clock.moments.push_back(static_cast<double>(k));
+    clock.changes.push_back(k == between ? 0.03 : 1.1);
+    const bool jumps = k == between - 1 || k == between + 1;
+    if (jumps || k >= starts) moved += 0.8 * pixel;
+    for (std::size_t p = 0; p < particles; ++p)
+      tracks.poses[tracks.index(k, p)] = {0.05 * static_cast<double>(p) + moved, moved, 0.0};
+  }
+  const ClockFaults faults = find_clock_faults(tracks, pixel, clock);
+  EXPECT_TRUE(faults.repeated.empty());
+  EXPECT_TRUE(faults.jumps.empty());
+}
+
 // Places that are found badly jump to and fro; what does not stand out of that is no fault.
 TEST(Clock, TellsNothingOfWhatDoesNotStandOutOfTheNoise) {
   std::vector<double> instants = even();

@@ -55,6 +55,14 @@ std::vector<Share> shares_into(const Steps& steps, std::size_t frame, int partic
     if (!step || !before || !after || before->dot(*after) <= 0.0) continue;
     if (std::min(before->norm(), after->norm()) < least) continue;
     const Eigen::Vector2d expected = 0.5 * (*before + *after);
+    // What moves to and fro, or in fits and starts, foretells nothing: both neighbours must be of
+    // one motion, and one step beyond them too
+    const auto goes_on = [&](const std::optional<Eigen::Vector2d>& other) {
+      return other && (*other - expected).norm() < 0.5 * expected.norm();
+    };
+    if ((*after - *before).norm() > expected.norm()) continue;
+    if (!goes_on(steps.into(frame - 2, particle)) && !goes_on(steps.into(frame + 2, particle)))
+      continue;
     shares.push_back({particle, expected.norm(), step->dot(expected) / expected.squaredNorm()});
   }
   return shares;
