@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "datasets/imports/discharge_curve.h"
+#include "datasets/store/outline.h"
 #include "datasets/store/trajectories.h"
 
 namespace graintruth::datasets {
@@ -21,6 +22,7 @@ struct Curve {
 
 struct Recording {
   std::optional<Trajectories> tracks;       // grains as the camera sees them
+  std::optional<Outline> outline;           // the free surface of the bed
   std::optional<DischargeCurve> discharge;  // mass that has left
   std::map<std::string, Curve> curves;      // by name, with the unit at its end: lid_force_n
   std::vector<std::string> notes;           // sentences on how the files were understood

@@ -1,0 +1,34 @@
+// The outline of a bed: its free surface in time, as a camera sees it against what is behind. Film
+// and simulation give the same.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace graintruth::datasets {
+
+// Where the picture plane is seen from, in its own frame: x right, z up, y away from the camera, so
+// that the eye has a negative y. At infinity the lines of sight are parallel.
+struct Eye {
+  double x = 0.0, z = 0.0;                                    // m
+  double distance = std::numeric_limits<double>::infinity();  // m from the plane of the scale
+  bool operator==(const Eye&) const = default;
+};
+
+// For columns of the picture plane of equal width: the height of the upper edge of the grains'
+// silhouette, averaged over the column. What stands nearer than the plane, or farther, is seen
+// where its line of sight meets the plane.
+struct Outline {
+  std::vector<double> column;  // m, x of the middle of each column, rising in equal steps
+  std::vector<double> time;    // s from the start event, rising
+  std::vector<double> height;  // m, times x columns; NaN where nothing is seen
+  std::vector<double> sigma;   // m, standard uncertainty, same shape; empty where none is known
+  Eye eye;
+
+  std::size_t index(std::size_t moment, std::size_t place) const {
+    return moment * column.size() + place;
+  }
+};
+
+}  // namespace graintruth::datasets
