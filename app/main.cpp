@@ -350,9 +350,7 @@ std::string joined(int argc, char** argv) {
   return line;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   // The decoder's own complaints about a film are of no use to the user; ours name file and frame.
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   // A file that may not grow any more is an error of writing, and no end without a word
@@ -533,4 +531,16 @@ int main(int argc, char** argv) {
         unusable_input);
   }
   return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (...) {
+    std::fputs("graintruth: error: no memory is left for the sentence that says what is wrong\n",
+               stderr);
+    return unusable_input;
+  }
 }

@@ -159,7 +159,7 @@ void add_particles(py::module_& module) {
          std::optional<double> mass,
          std::optional<Vec3> inertia,
          int material) {
-        return make_clump(std::move(spheres), {density, mass, inertia}, material);
+        return make_clump(std::move(spheres), {density, mass, std::move(inertia)}, material);
       },
       "spheres"_a,
       "density"_a = py::none(),

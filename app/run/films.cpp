@@ -352,7 +352,8 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
     if (summaries[i].contains("bed")) {
       // Only its bed at rest can be followed, and it would look as if all else had left
       const Json& bed = summaries[i]["bed"];
-      films.is_smeared[i] = bed["discharged"].get<int>() + bed["remaining"].get<int>() == 0;
+      const bool nobody = bed["discharged"].get<int>() + bed["remaining"].get<int>() == 0;
+      films.is_smeared[i] = nobody ? 1 : 0;
     }
     if (!remade[i].empty()) films.warnings.push_back(remade[i]);
     if (const Json& reasons = summaries[i]["failures"]; !reasons.empty() && !films.is_smeared[i]) {

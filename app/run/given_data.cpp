@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/run/numbering.h"
 #include "calibrate/compare/start_poses.h"
@@ -53,7 +54,8 @@ void require_likely_scale(const datasets::Experiment& experiment,
   }
   const std::vector<datasets::Wall>& walls = replicate.rig.walls;
   if (walls.size() < 2) return;
-  double left = INFINITY, right = -INFINITY, first = INFINITY, last = -INFINITY;
+  constexpr double far = std::numeric_limits<double>::infinity();
+  double left = far, right = -far, first = far, last = -far;
   for (const datasets::Wall& wall : walls) {
     left = std::min({left, wall.from_x, wall.to_x});
     right = std::max({right, wall.from_x, wall.to_x});

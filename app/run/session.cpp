@@ -23,7 +23,7 @@ std::filesystem::path folder_for(const CommonOptions& options,
 
 }  // namespace
 
-Session::Session(std::string verb,
+Session::Session(const std::string& verb,
                  const CommonOptions& options,
                  const std::filesystem::path& experiment_file)
     : Session(verb,
@@ -32,7 +32,9 @@ Session::Session(std::string verb,
                                         verb == "track" ? datasets::Purpose::tracking
                                                         : datasets::Purpose::calibration)) {}
 
-Session::Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment)
+Session::Session(const std::string& verb,
+                 const CommonOptions& options,
+                 datasets::Experiment experiment)
     : options_(options),
       progress_(options.quiet),
       start_(std::chrono::steady_clock::now()),

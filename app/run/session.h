@@ -19,11 +19,11 @@ class Session {
  public:
   // Throws datasets::InputError for unusable input; then no folder is left that was not there
   // before.
-  Session(std::string verb,
+  Session(const std::string& verb,
           const CommonOptions& options,
           const std::filesystem::path& experiment_file);
   // The same of an experiment that has been read.
-  Session(std::string verb, const CommonOptions& options, datasets::Experiment experiment);
+  Session(const std::string& verb, const CommonOptions& options, datasets::Experiment experiment);
 
   void track();
   // Throws datasets::InputError that names the films of which the tracking has failed, and why.

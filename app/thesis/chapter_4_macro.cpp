@@ -329,7 +329,7 @@ void examine_table_4_7(Examination& exam, const ThesisData& thesis) {
   // Mass balance: mean speed = q / (rho W)
   const double width = thesis.si(properties, "hopper_width");
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const std::string group_name = table.text(row, "group");
+    const std::string& group_name = table.text(row, "group");
     const double orifice = table.number(row, "orifice_D_cm") * centimetre();
     for (const DischargeRate& rate :
          printed_rates(thesis, group_name == "experiment" ? experiment : simulation, 0.0)) {

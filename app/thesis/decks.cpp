@@ -113,7 +113,7 @@ Json examine_deck(const Deck& deck, Examination& exam, const ThesisData& thesis,
   const std::filesystem::path sidecar = bundled_sidecar(file_of(deck)).value();
   const std::string inputs =
       datasets::file_hash(file_of(deck)) + " " + datasets::file_hash(sidecar);
-  const Json result =
+  Json result =
       studies.result(exam.target(), inputs, [&] { return run_deck(deck, thesis, studies); });
   exam.claim("the deck runs to its end",
              runs,

@@ -46,7 +46,8 @@ sim::Scene loose_bed(const ThesisData& thesis, int particles, int spheres, std::
   const int across = static_cast<int>(std::floor(box / pitch));
   const std::vector<double> shares = shares_of_seed(seed, "run_time", 3 * particles);
   for (int i = 0; i < particles; ++i) {
-    const Vec3 site(i % across + 0.5, i / across % across + 0.5, i / (across * across) + 0.5);
+    const int row = i / across % across, layer = i / (across * across);
+    const Vec3 site(i % across + 0.5, row + 0.5, layer + 0.5);
     scene.add_body(
         type, pitch * site, random_orientation(&shares[3 * static_cast<std::size_t>(i)]));
   }

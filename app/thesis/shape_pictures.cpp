@@ -109,9 +109,9 @@ Json paths_of_marked(const calibrate::SceneRun& run, std::size_t rest, double wi
   const double height = top_of(centres);
   Json paths = Json::array();
   for (int field = 0; field < in_a_row * in_a_row; ++field) {
-    const sim::Vec3 middle(((field % in_a_row + 0.5) / in_a_row - 0.5) * width,
-                           0.0,
-                           (field / in_a_row + 0.5) / in_a_row * height);
+    const int column = field % in_a_row, row = field / in_a_row;
+    const sim::Vec3 middle(
+        ((column + 0.5) / in_a_row - 0.5) * width, 0.0, (row + 0.5) / in_a_row * height);
     const auto nearest =
         std::min_element(centres.begin(), centres.end(), [&](const auto& a, const auto& b) {
           return (a - middle).squaredNorm() < (b - middle).squaredNorm();

@@ -99,9 +99,10 @@ void print_what(const Experiment& experiment) {
   std::size_t longest = 0;
   for (const auto& [name, value] : bench) longest = std::max(longest, name.size());
   for (const auto& [name, value] : bench) {
-    const auto tuned = std::find_if(experiment.tuned.begin(),
-                                    experiment.tuned.end(),
-                                    [&](const auto& each) { return each.name == name; });
+    const auto tuned = std::find_if(
+        experiment.tuned.begin(), experiment.tuned.end(), [&, &key = name](const auto& each) {
+          return each.name == key;
+        });
     const std::string what =
         tuned == experiment.tuned.end()
             ? std::string("held at its bench value")
@@ -120,7 +121,9 @@ void print_what(const Experiment& experiment) {
 
 // What the search will have to work with.
 void check_search(const Experiment& experiment, Findings& findings) {
-  const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  const auto doubt = [&](std::string sentence) {
+    findings.doubtful.push_back(std::move(sentence));
+  };
   const auto count = static_cast<int>(experiment.replicates.size());
   // Replicates with settings of their own are not repeats of each other
   if (count < usual_replicates && experiment.replicates.front().rig.settings.empty()) {
@@ -145,7 +148,9 @@ void check_search(const Experiment& experiment, Findings& findings) {
 }
 
 void check_particle(const Experiment& experiment, Findings& findings) {
-  const auto doubt = [&](std::string sentence) { findings.doubtful.push_back(sentence); };
+  const auto doubt = [&](std::string sentence) {
+    findings.doubtful.push_back(std::move(sentence));
+  };
   const datasets::Particle& particle = experiment.particle;
   const double gap = experiment.rig.front_back_gap;
   if (gap > 0.0 && gap < particle.thickness)

@@ -215,7 +215,7 @@ std::string readme(data values, const std::string& target, const std::string& en
   values.set("target", target);
   values.set("engine", engine);
   const std::string notes = filled(target + "/notes.md", values);
-  values.set("notes", mustache::partial([notes] { return notes; }));
+  values.set("notes", mustache::partial([notes]() -> std::string { return notes; }));
   return filled("README.md", values);
 }
 
@@ -263,7 +263,7 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
   set_unmapped(values, run, templates);
   Files files = {{"README.md", readme(values, target, engine)}};
   for (const std::string& name : names)
-    files.emplace_back(name, filled(target + "/" + name, values));
+    files.emplace_back(name, filled(fmt::format("{}/{}", target, name), values));
   return files;
 }
 

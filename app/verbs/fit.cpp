@@ -124,7 +124,7 @@ void require_room(const datasets::Table& table,
 // kg/m3. No bed is denser than its grains, or than any solid.
 std::vector<double> read_bulk_densities(const datasets::Table& table,
                                         std::vector<std::string>& warnings) {
-  const auto densities = datasets::positive_quantity(table, columns::bulk_density);
+  auto densities = datasets::positive_quantity(table, columns::bulk_density);
   const auto solids = datasets::find_quantity(table, columns::particle_density);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const double density = densities[row];

@@ -434,9 +434,9 @@ std::vector<ChannelComparison::StratumVariance> ChannelComparison::replicate_var
   std::map<std::size_t, double> scale_without;
   std::vector<StratumVariance> strata;
   for (const auto& [otherwise, factor, stratum, freedom] : ways_of(i)) {
-    const auto change_by = [&](std::optional<std::size_t> widths_without) {
+    const auto change_by = [&, &changed = otherwise](std::optional<std::size_t> widths_without) {
       const Otherwise as_it_is{.widths_without = widths_without};
-      Otherwise other = otherwise;
+      Otherwise other = changed;
       other.widths_without = widths_without;
       return objective_of(i, near, {}, as_it_is) - objective_of(i, far, {}, as_it_is) -
              objective_of(i, near, {}, other) + objective_of(i, far, {}, other);

@@ -16,7 +16,7 @@ using GetEngine = const Engine& (*)();
 
 std::vector<GetEngine>& all() {
   static std::vector<GetEngine> known = {
-#define KIND(name) &name,
+#define KIND(name) &(name),
 #include "calibrate/engines/kinds.def"
 #undef KIND
   };

@@ -182,7 +182,8 @@ void add_lattice(const SceneData& file,
   for (long k = 0; k < sites(2) && next < types.size(); ++k) {
     for (long j = 0; j < rows && next < types.size(); ++j) {
       for (long i = 0; i < sites(0) && next < types.size(); ++i) {
-        Vec3 site = fill.low + pitch * Vec3(i + 0.5, j + 0.5, k + 0.5);
+        const auto middle = [](long place) { return static_cast<double>(place) + 0.5; };
+        Vec3 site = fill.low + pitch * Vec3(middle(i), middle(j), middle(k));
         if (file.is_planar) site.y() = 0.0;
         if (--strides_left < 0) refuse_lattice(built, next, types.size(), pitch);
         const double top = fill.high.z() - radius;
@@ -214,8 +215,9 @@ std::vector<datasets::Pose> rows_of(const SceneData& file, std::uint64_t seed) {
   std::vector<datasets::Pose> bed;
   for (int i = 0; i < count; ++i) {
     const double slack = (even(generator) - 0.5) * (pitch - length);
-    bed.push_back({(i % columns + 0.5) * pitch - 0.5 * width + slack,
-                   (i / columns + 0.5) * 1.02 * length,
+    const int column = i % columns, row = i / columns;
+    bed.push_back({(column + 0.5) * pitch - 0.5 * width + slack,
+                   (row + 0.5) * 1.02 * length,
                    std::numbers::pi * even(generator)});
   }
   return bed;

@@ -14,7 +14,7 @@ namespace {
 
 std::vector<const ExecutorKind*>& all() {
   static std::vector<const ExecutorKind*> known = {
-#define KIND(name) &name,
+#define KIND(name) &(name),
 #include "calibrate/executors/kinds.def"
 #undef KIND
   };

@@ -20,7 +20,7 @@ extern const ObservableKind own_curve_kind;
 namespace {
 
 constexpr std::array all_kinds = {
-#define KIND(name) &name,
+#define KIND(name) &(name),
 #include "calibrate/observables/kinds.def"
 #undef KIND
 };

@@ -13,7 +13,7 @@ namespace graintruth::datasets {
 namespace {
 
 constexpr std::array all = {
-#define KIND(name) &name,
+#define KIND(name) &(name),
 #include "datasets/parameters/kinds.def"
 #undef KIND
 };

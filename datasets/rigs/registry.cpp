@@ -15,7 +15,7 @@ namespace graintruth::datasets {
 namespace {
 
 constexpr std::array all = {
-#define KIND(name) &name,
+#define KIND(name) &(name),
 #include "datasets/rigs/kinds.def"
 #undef KIND
 };
