@@ -2,6 +2,7 @@
 // grains leave. x right, z up, y out of the picture; the origin is the laboratory's own.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,6 +41,34 @@ struct Opening {
   double z = 0.0;                      // m
 
   double width() const { return right_x - left_x; }
+};
+
+// How the outline of the bed is looked for in a film: drawings in the plane of the scale (y = 0), x
+// and z in m. Empty where the drawing of the rig does not tell.
+struct SeenOutline {
+  using Polygon = std::vector<Eigen::Vector2d>;
+
+  // What moves, and hides what is behind it: a tube, a gate. At rest until the start event.
+  struct Mover {
+    std::string name;                                    // of its wall
+    Polygon drawing;                                     // before the event
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // m/s, as stated
+    bool speed_is_stated = false;                        // else the film alone tells it
+  };
+  // What turns about the line of sight all the time: a drum. Grains are seen inside it alone.
+  struct Drum {
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m
+    double radius = 0.0;                               // m, inside
+    double turning = 0.0;                              // rad/s, counter-clockwise as seen
+  };
+
+  double from_x = 0.0, to_x = 0.0;  // m, where grains may come to lie
+  double floor_z = 0.0;             // m, of the level floor under them; of a drum its lowest point
+  std::vector<Polygon> grains_before;  // grains are seen here before the event
+  std::vector<Polygon> grains_after;   // and here once all is at rest, or steady
+  std::vector<Polygon> empty;          // none is ever seen here
+  std::optional<Mover> mover;
+  std::optional<Drum> drum;
 };
 
 // From where a simulation begins.
@@ -81,7 +110,8 @@ struct Rig {
   std::optional<MovingFace> moving_face;
   std::optional<BedBox> bed;
   std::optional<Opening> opening;
-  double front_back_gap = 0.0;  // m, clear distance of the panes; 0: not one layer
+  std::optional<SeenOutline> seen_outline;  // where the bed's free surface is what is seen of it
+  double front_back_gap = 0.0;              // m, clear distance of the panes; 0: not one layer
 };
 
 // "orifice 65 mm", or empty where nothing is set.
