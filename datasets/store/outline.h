@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <limits>
 #include <vector>
 
@@ -30,5 +31,14 @@ struct Outline {
     return moment * column.size() + place;
   }
 };
+
+// tracks/<replicate>.outline.csv: time_s,column_m,height_m,sigma_m, one row for each column seen.
+// Written whole, then renamed; numbers are the shortest that read back to the same bits.
+void write_outline(const std::filesystem::path& file, const Outline& outline);
+
+// The columns are those that are seen at any time and those between them. The eye stands in no
+// such file: lines of sight are parallel until somebody says more. Throws InputError with file and
+// line for what cannot be.
+Outline read_outline(const std::filesystem::path& file);
 
 }  // namespace graintruth::datasets
