@@ -192,15 +192,21 @@ double SceneRunner::coordination_now() const {
       .per_body(static_cast<int>(simulation_->state().position.size()));
 }
 
+// In space a ball can spin in place about the normal of what it touches. Nothing stops it, and it
+// moves nothing.
 bool SceneRunner::is_still() const {
   const sim::Scene now = simulation_->scene_now();
   const double gravity = now.gravity.norm() > 0.0 ? now.gravity.norm() : 9.81;
-  double allowed = 0.0;  // J
+  double allowed = 0.0, spinning = 0.0;  // J
   for (const sim::Body& body : now.bodies) {
     const sim::Clump& type = now.types[body.type];
-    allowed += rest_energy * type.mass * gravity * 2.0 * type.bounding_radius;
+    const double own = rest_energy * type.mass * gravity * 2.0 * type.bounding_radius;
+    allowed += own;
+    const bool is_ball = !now.planar && type.spheres.size() == 1;
+    if (is_ball && 0.5 * type.mass * body.velocity.squaredNorm() <= own)
+      spinning += 0.5 * type.inertia.x() * body.angular_velocity.squaredNorm();
   }
-  return simulation_->energy().kinetic <= allowed;
+  return simulation_->energy().kinetic - spinning <= allowed;
 }
 
 void SceneRunner::run_until(double time, const sim::Sampling& sampling, PhaseRecord& record) {
