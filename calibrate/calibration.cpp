@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/knowledge/identifiability.h"
+
 namespace graintruth::calibrate {
 
 namespace {
@@ -108,6 +110,28 @@ void warn_of_step(const Problem& problem, ExperimentResult& result) {
       "Look at the time-step study"));
 }
 
+// Where one experiment leaves parameters together, another one that would tell them apart.
+void name_second_experiment(const Problem& problem, ExperimentResult& result) {
+  const bool is_open =
+      !result.trade_offs.empty() ||
+      !find_open_pairs(result.calibrated, result.trade_offs).empty() ||
+      std::any_of(result.calibrated.begin(), result.calibrated.end(), [](const auto& parameter) {
+        return parameter.status == ParameterStatus::not_identified;
+      });
+  if (!is_open || problem.experiment.rig.complement.empty()) return;
+  result.warnings.push_back(
+      fmt::format("Parameters that this experiment leaves together are told apart by {}; calibrate "
+                  "both by one file with [[experiment]].",
+                  problem.experiment.rig.complement));
+}
+
+// A bed of which the outline is all that is seen is simulated with all of its grains.
+bool simulates_outlines(const Problem& problem) {
+  return std::any_of(problem.scenes.begin(), problem.scenes.end(), [](const ProblemScene& scene) {
+    return scene.spec.record.outline.has_value();
+  });
+}
+
 }  // namespace
 
 CalibrationOptions default_options(std::span<const CalibratedExperiment> experiments) {
@@ -120,6 +144,16 @@ CalibrationOptions default_options(std::span<const CalibratedExperiment> experim
                .search_seeds = 1,
                .gate_seeds = 1,
                .confirmation_seeds = 3,
+               .choice_candidates = 3};
+  }
+  const bool outlines = std::any_of(experiments.begin(), experiments.end(), [](const auto& one) {
+    return simulates_outlines(*one.problem);
+  });
+  if (outlines) {
+    options = {.budget = 40,
+               .search_seeds = 2,
+               .gate_seeds = 2,
+               .confirmation_seeds = 6,
                .choice_candidates = 3};
   }
   options.largest_time_step_fraction = 1.0;
@@ -204,6 +238,7 @@ CalibrationResult calibrate(const datasets::Experiment& common,
     own.time_step.time_step = own.confirmed.runs.runs.front().time_step;
     own.influence = influence_of_each(*problem->calibrated, own.evaluations);
     warn_of_step(*problem, own);
+    if (experiments.size() == 1) name_second_experiment(*problem, own);
     result.objective += weight * own.confirmed.objective;
     variance += std::pow(weight * own.objective_noise, 2);
     result.experiments.push_back(std::move(own));

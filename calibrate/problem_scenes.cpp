@@ -225,6 +225,7 @@ void begin_from_filling(const Experiment& experiment,
     const Recording& recording = recordings[r];
     if (recording.tracks) last = std::max(last, recording.tracks->time.back());
     if (recording.discharge) last = std::max(last, recording.discharge->time.back());
+    if (recording.outline) last = std::max(last, recording.outline->time.back());
   }
   if (!(last > 0.0)) last = experiment.measurement.last_time();
   run.output_interval = curve_frame_interval;
@@ -238,6 +239,22 @@ RecordPlan plan_of(const Observables& observables) {
     for (const std::string& curve : observable->curves()) plan.curves.push_back(curve);
   }
   return plan;
+}
+
+// The columns in which outlines are compared, seen from where the film was taken.
+void plan_outline(const Observables& observables,
+                  const Experiment& experiment,
+                  const datasets::Replicate& replicate,
+                  const Recording& recording,
+                  RecordPlan& plan) {
+  const auto& all = observables.all();
+  if (!replicate.rig.seen_outline ||
+      std::none_of(all.begin(), all.end(), [](const auto& one) { return one->needs_outline(); }))
+    return;
+  OutlinePlan& outline = plan.outline.emplace();
+  outline.columns =
+      datasets::outline_columns(*replicate.rig.seen_outline, experiment.particle.diameter);
+  if (recording.outline) outline.eye = recording.outline->eye;
 }
 
 }  // namespace
@@ -263,6 +280,7 @@ void make_scenes(std::span<const Recording> recordings, Problem& problem) {
     spec.engine_version = problem.engine->version();
     spec.scene = replicate.rig.scene;
     spec.record = plan;
+    plan_outline(*problem.observables, experiment, replicate, recordings[r], spec.record);
     if (!experiment.rig.brings_grains) {
       add_grains(experiment, problem.simulated_modulus, spec.scene);
       for (datasets::ScenePhase& phase : spec.scene.phases) phase.fastest_impact = fastest;

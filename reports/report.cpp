@@ -63,6 +63,7 @@ constexpr Part parts[] = {
     {"experiments", "Experiments", experiments_section, is_of_several},
     {"film-and-simulation", "Film and simulation", side_by_side_section, is_finished_and_of_one},
     {"compared", "What was compared", compared_section, has_comparisons},
+    {"surface", "Free surface", surface_section, has_outlines},
     {"flow", "Flow", flow_section, has_flow},
     {"agreement", "Agreement", agreement_section, has_agreement},
     {"tracks", "Tracks", tracks_section, has_tracks},

@@ -246,8 +246,11 @@ void add_hashes(const datasets::Replicate& replicate,
                 const std::optional<datasets::TrackingSpec>& spec,
                 std::map<std::string, std::string>& hashes) {
   if (spec) hashes[replicate.video.filename().string()] = spec->film_hash;
-  for (const std::filesystem::path& file :
-       {replicate.tracks, replicate.discharge, replicate.curves, replicate.corrections}) {
+  for (const std::filesystem::path& file : {replicate.tracks,
+                                            replicate.outline,
+                                            replicate.discharge,
+                                            replicate.curves,
+                                            replicate.corrections}) {
     if (!file.empty()) hashes[file.filename().string()] = datasets::file_hash(file);
   }
 }

@@ -126,6 +126,14 @@ datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment
                                         &notes);
 }
 
+// With times from the start event.
+datasets::Outline read_given_outline(const datasets::Replicate& replicate) {
+  datasets::Outline outline = datasets::read_outline(replicate.outline);
+  for (double& time : outline.time) time -= replicate.source.event_time;
+  outline.eye = replicate.eye;
+  return outline;
+}
+
 }  // namespace
 
 GivenData read_given_data(const datasets::Experiment& experiment,
@@ -133,6 +141,7 @@ GivenData read_given_data(const datasets::Experiment& experiment,
   GivenData given;
   if (!replicate.tracks.empty()) read_given_tracks(experiment, replicate, given);
   datasets::Recording& recording = given.recording;
+  if (!replicate.outline.empty()) recording.outline = read_given_outline(replicate);
   if (!replicate.discharge.empty())
     recording.discharge = read_given_curve(experiment, replicate, recording.notes);
   if (!replicate.curves.empty()) {

@@ -68,7 +68,7 @@ double largest_residual(const datasets::Particle& particle, double pixels_per_me
 
 // At stated moments, instead of until the flow ends.
 bool is_measured_at_moments(const Experiment& experiment) {
-  return experiment.rig.begins_from != BeginsFrom::each_replicate;
+  return experiment.rig.begins_from != BeginsFrom::each_replicate && !experiment.rig.seen_outline;
 }
 
 void print_what(const Experiment& experiment) {
@@ -94,7 +94,12 @@ void print_what(const Experiment& experiment) {
                  ? fmt::format(" at {} moments, 0 to {:.4g} s from the start event",
                                experiment.measurement.frames,
                                experiment.measurement.last_time())
-                 : std::string(" until the flow ends"));
+             : experiment.rig.seen_outline ? std::string()
+                                           : std::string(" until the flow ends"));
+  if (experiment.tuned.size() > 1 && !experiment.rig.complement.empty()) {
+    fmt::print("beside it   {} tells apart parameters that this experiment may leave together\n",
+               experiment.rig.complement);
+  }
   const calibrate::ParameterSet bench = datasets::bench_parameters(experiment);
   std::size_t longest = 0;
   for (const auto& [name, value] : bench) longest = std::max(longest, name.size());
@@ -257,6 +262,17 @@ void print_given(const datasets::Replicate& replicate, const datasets::Recording
                tracks->frames(),
                tracks->time.front(),
                tracks->time.back());
+  }
+  if (const auto& outline = recording.outline) {
+    fmt::print(
+        "{:<11} an outline in {} columns from {:.4g} to {:.4g} mm, {} moment{} to {:.4g} s\n",
+        replicate.name,
+        outline->column.size(),
+        1e3 * outline->column.front(),
+        1e3 * outline->column.back(),
+        outline->time.size(),
+        outline->time.size() == 1 ? "" : "s",
+        outline->time.back());
   }
   if (const auto& discharge = recording.discharge) {
     fmt::print("{:<11} {:.4g} g leave between {:.4g} and {:.4g} s\n",

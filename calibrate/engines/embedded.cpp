@@ -9,6 +9,7 @@
 
 #include "calibrate/engines/scene_runner.h"
 #include "datasets/store/input_error.h"
+#include "datasets/store/silhouette.h"
 #include "sim/laws/time_step.h"
 
 namespace graintruth::calibrate {
@@ -94,6 +95,10 @@ class RecordedRun final : public SceneRunner {
       return std::find(curves.begin(), curves.end(), curve) != curves.end();
     };
     keeps_highest_ = is_asked_for(highest_grain);
+    if (const auto& plan = spec.record.outline) {
+      outline_.column = plan->columns;
+      outline_.eye = plan->eye;
+    }
     for (WallForce& force : wall_forces_of(spec.scene)) {
       if (is_asked_for(force.curve)) wall_forces_.push_back(std::move(force));
     }
@@ -112,6 +117,7 @@ class RecordedRun final : public SceneRunner {
       complete_times(frames);
       run.recording.tracks = std::move(tracks_);
     }
+    if (spec_.record.outline) run.recording.outline = std::move(outline_);
     if (scene_.exit_height) run.recording.discharge = std::move(discharge_);
     run.recording.curves = std::move(curves_);
     return run;
@@ -141,6 +147,7 @@ class RecordedRun final : public SceneRunner {
     if (frame_ > 0 && state.time == last_time_) return;
     last_time_ = state.time;
     if (spec_.record.tracks) keep_tracks(state);
+    if (spec_.record.outline) keep_outline(state);
     const double time = state.time - event_time_;
     if (scene_.exit_height) keep_discharge(state, time);
     if (keeps_highest_) {
@@ -177,6 +184,19 @@ class RecordedRun final : public SceneRunner {
     }
   }
 
+  // Of all element spheres that are there.
+  void keep_outline(const sim::State& state) {
+    std::vector<datasets::Ball> balls;
+    for (std::size_t i = 0; i < numbers().size(); ++i) {
+      for (const sim::ElementSphere& sphere : built_.scene.types[type_of(numbers()[i])].spheres) {
+        balls.push_back({state.position[i] + state.orientation[i] * sphere.centre, sphere.radius});
+      }
+    }
+    const std::vector<double> heights = datasets::silhouette(balls, outline_.column, outline_.eye);
+    outline_.time.push_back(state.time - event_time_);
+    outline_.height.insert(outline_.height.end(), heights.begin(), heights.end());
+  }
+
   // Below the exit, or taken out below it.
   void keep_discharge(const sim::State& state, double time) {
     double mass = 0.0;
@@ -211,6 +231,7 @@ class RecordedRun final : public SceneRunner {
   std::size_t frame_ = 0;
   double last_time_ = 0.0;
   datasets::Trajectories tracks_;
+  datasets::Outline outline_;
   datasets::DischargeCurve discharge_;
   std::map<std::string, datasets::Curve> curves_;
 };

@@ -96,6 +96,33 @@ bool is_open_to_top(
   return true;
 }
 
+// Whether all of a ball lies inside a cylinder.
+bool lies_within(const datasets::SceneRoom& room, const Vec3& middle, double radius) {
+  const Vec3 axis = (room.to - room.from).normalized();
+  const Vec3 away = middle - room.from;
+  const double along = away.dot(axis);
+  return along >= radius && along <= (room.to - room.from).norm() - radius &&
+         (away - along * axis).norm() <= room.radius - radius;
+}
+
+// A seeded step off a site, at most the filling's jitter along every axis; shorter where a wall is.
+Vec3 jitter_at(const Vec3& site,
+               const SceneData& file,
+               const BuiltScene& built,
+               double radius,
+               Generator& generator) {
+  constexpr int most_halvings = 5;
+  Vec3 step;
+  for (int axis = 0; axis < 3; ++axis)
+    step[axis] = (2.0 * share(generator) - 1.0) * *file.fill.jitter;
+  if (file.is_planar) step.y() = 0.0;
+  for (int i = 0; i < most_halvings; ++i) {
+    if (room_at(built.scene.walls, site + step) >= radius) return step;
+    step *= 0.5;
+  }
+  return Vec3::Zero();
+}
+
 bool is_clear_of_bodies(const BuiltScene& built,
                         const std::vector<sim::Body>& bodies,
                         const Vec3& middle,
@@ -167,7 +194,9 @@ void add_lattice(const SceneData& file,
                  BuiltScene& built) {
   const datasets::SceneFill& fill = file.fill;
   const double radius = largest_radius(built, types);
-  const double pitch = 2.0 * radius + fill.clearance;
+  const bool is_centred = fill.body_centred.value_or(false) && !file.is_planar;
+  // From a site to those in the middles of cells around it: half a cell's diagonal
+  const double pitch = (2.0 * radius + fill.clearance) * (is_centred ? 2.0 / std::sqrt(3.0) : 1.0);
   const Vec3 size = fill.high - fill.low;
   // Half a clearance to each side; round-off must not cost a row
   const auto sites = [&](int axis) {
@@ -179,20 +208,27 @@ void add_lattice(const SceneData& file,
   // A region can be so large, and so full of walls, that looking at all of it would take for ever
   long strides_left = 1000000 + 100 * static_cast<long>(types.size());
   const double reach = radius * (1.0 - 1e-9);  // round-off must not cost a row either
-  for (long k = 0; k < sites(2) && next < types.size(); ++k) {
+  const auto is_free = [&](const Vec3& site) {
+    const double top = fill.high.z() - radius;
+    if (fill.within && !lies_within(*fill.within, site, reach)) return false;
+    return room_at(built.scene.walls, site) >= reach &&
+           (fill.within || is_open_to_top(built.scene.walls, site, top, reach, strides_left)) &&
+           is_clear_of_bodies(built, placed, site, radius);
+  };
+  // Of a body-centred lattice every second layer lies in the middles of the cells
+  const long layers = (is_centred ? 2 : 1) * sites(2);
+  for (long k = 0; k < layers && next < types.size(); ++k) {
+    const double aside = is_centred && k % 2 == 1 ? 1.0 : 0.5;
+    const double up = is_centred ? 0.5 * static_cast<double>(k + 1) : static_cast<double>(k) + 0.5;
     for (long j = 0; j < rows && next < types.size(); ++j) {
       for (long i = 0; i < sites(0) && next < types.size(); ++i) {
-        const auto middle = [](long place) { return static_cast<double>(place) + 0.5; };
-        Vec3 site = fill.low + pitch * Vec3(middle(i), middle(j), middle(k));
+        const Vec3 cell(static_cast<double>(i) + aside, static_cast<double>(j) + aside, up);
+        Vec3 site = fill.low + pitch * cell;
         if (file.is_planar) site.y() = 0.0;
         if (--strides_left < 0) refuse_lattice(built, next, types.size(), pitch);
-        const double top = fill.high.z() - radius;
-        if (room_at(built.scene.walls, site) < reach ||
-            !is_open_to_top(built.scene.walls, site, top, reach, strides_left) ||
-            !is_clear_of_bodies(built, placed, site, radius)) {
-          continue;
-        }
+        if (!is_free(site)) continue;
         sim::Body body = oriented_body(file, built, types[next++], generator);
+        if (fill.jitter) site += jitter_at(site, file, built, reach, generator);
         centre_on(built, site, body);
         built.scene.bodies.push_back(body);
       }

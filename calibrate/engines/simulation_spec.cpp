@@ -16,9 +16,16 @@ void list_fields(Archive& archive, FilmedStart& start) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, OutlinePlan& plan) {
+  auto& [columns, eye] = plan;
+  archive("columns_m", columns)("eye_x_m", eye.x)("eye_z_m", eye.z);
+  archive("eye_distance_m", eye.distance);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, RecordPlan& plan) {
-  auto& [tracks, curves] = plan;
-  archive("tracks", tracks)("curves", curves);
+  auto& [tracks, curves, outline] = plan;
+  archive("tracks", tracks)("curves", curves)("outline", outline);
 }
 
 template <class Archive>

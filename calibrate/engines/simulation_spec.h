@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "datasets/parameters/parameter_set.h"
 #include "datasets/scene/scene_file.h"
+#include "datasets/store/outline.h"
 #include "datasets/store/trajectories.h"
 
 namespace graintruth::calibrate {
@@ -19,10 +21,17 @@ struct FilmedStart {
   datasets::Pose standard_deviation{0.0, 0.0, 0.0};
 };
 
+// In which columns the outline of the bed is kept, and seen from where.
+struct OutlinePlan {
+  std::vector<double> columns;  // m, middles of columns of equal width
+  datasets::Eye eye;
+};
+
 // What is kept of a simulation, at the frames of the phases from the event on.
 struct RecordPlan {
   bool tracks = true;
   std::vector<std::string> curves;  // by the names of recording.h
+  std::optional<OutlinePlan> outline;
 };
 
 struct SimulationSpec {

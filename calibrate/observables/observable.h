@@ -82,6 +82,7 @@ class Observable {
   // What a simulation has to record for it, beside tracks.
   virtual std::vector<std::string> curves() const { return {}; }
   virtual bool needs_tracks() const { return false; }
+  virtual bool needs_outline() const { return false; }
   // Whether a recording that ends before the last moment of the measurement cannot give it.
   virtual bool needs_every_moment() const { return false; }
   // Whether its values give an agreement in percent.

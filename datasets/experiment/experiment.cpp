@@ -252,6 +252,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   experiment.note = root.optional_text("note").value_or("");
   // 1. Rig and grains: one may bring the other
   std::optional<TomlSection> rig;
+  int filled_count = 0;
   if (is_read("rig")) rig = root.section("rig");
   RigContext context{.folder = folder, .inputs = &experiment.inputs, .notes = &experiment.notes};
   if (rig && rig_kind_named(*rig).brings_grains) {
@@ -261,14 +262,16 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
     experiment.particle = particle_of(experiment.rig.scene);
     experiment.material = material_of(experiment.rig.scene, root.optional_section("material"));
   } else {
+    const bool rig_may_count = rig && rig_kind_named(*rig).pours_a_bed;
     experiment.particle =
-        read_particle(root.section("particle"), purpose, folder, experiment.inputs);
+        read_particle(root.section("particle"), purpose, rig_may_count, folder, experiment.inputs);
     check_density(root.section("particle"), experiment.particle, file, experiment.notes);
     if (is_read("material")) experiment.material = read_material(root.section("material"));
     context.particle = &experiment.particle;
     if (rig) {
       experiment.rig = read_rig(*rig, nullptr, context);
       TomlSection particle = root.section("particle");
+      filled_count = experiment.rig.filled_count;
       if (experiment.rig.scene.is_planar) require_one_layer(particle, experiment.particle.model);
     }
   }
@@ -279,6 +282,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   experiment.replicates = read_replicates(root, folder, purpose, [&](TomlSection& replicate) {
     return rig ? read_rig(root.section("rig"), &replicate, context) : Rig{};
   });
+  if (filled_count > 0) set_count(filled_count, experiment.particle);
   if (rig && root.has("material")) require_walls(root.section("material"), experiment);
   bool films = false;
   for (const Replicate& replicate : experiment.replicates) films |= !replicate.video.empty();

@@ -16,6 +16,7 @@
 #include "datasets/imports/track_files.h"
 #include "datasets/parameters/parameter_set.h"
 #include "datasets/rigs/rig.h"
+#include "datasets/store/outline.h"
 
 namespace graintruth::datasets {
 
@@ -42,11 +43,13 @@ struct StartPlace {
 
 struct Replicate {
   std::string name;  // stem of the file unless given
-  // One of the first two at most; one of all at least
+  // One of the first three at most; one of all at least
   std::filesystem::path video;
   std::filesystem::path tracks;       // see track_files.h
+  std::filesystem::path outline;      // see outline.h
   std::filesystem::path discharge;    // see discharge_curve.h
   std::filesystem::path curves;       // see curve_files.h
+  Eye eye;                            // from where the file of an outline was seen
   TrackSource source;                 // how the file of tracks is meant; event_time of all files
   std::optional<double> frame_rate;   // Hz, where it is not the camera's
   Rig rig;                            // as it was for this replicate
@@ -58,6 +61,7 @@ struct Replicate {
   const std::filesystem::path& file() const {
     return !video.empty()       ? video
            : !tracks.empty()    ? tracks
+           : !outline.empty()   ? outline
            : !discharge.empty() ? discharge
                                 : curves;
   }

@@ -108,8 +108,11 @@ void use_model(Particle& particle) {
 
 }  // namespace
 
+void set_count(int count, Particle& particle) { particle.count = particle.model.count = count; }
+
 Particle read_particle(TomlSection section,
                        Purpose purpose,
+                       bool rig_may_count,
                        const std::filesystem::path& folder,
                        std::vector<std::filesystem::path>& inputs) {
   const bool only_tracked = purpose == Purpose::tracking;
@@ -121,14 +124,14 @@ Particle read_particle(TomlSection section,
   }
   // 1. How many, and how heavy; named bodies that are only tracked may come and go
   const auto count = section.optional_whole_number("count", 1, 100000);
-  if (!count && !(only_tracked && particle.body)) section.whole_number("count", 1, 100000);
-  particle.count = count.value_or(0);
+  if (!count && !rig_may_count && !(only_tracked && particle.body))
+    section.whole_number("count", 1, 100000);
+  set_count(count.value_or(0), particle);
   const auto mass = section.optional_quantity("mass", mass_units, positive);
   if (!mass && !only_tracked) section.quantity("mass", mass_units, positive);
   particle.mass = mass.value_or(0.0);
   // 2. The shape
   particle.model.name = "particle";
-  particle.model.count = particle.count;
   const bool has_shape = section.has("spheres") || section.has("chain") || section.has("profile") ||
                          section.has("sphere_file") || section.has("radius_mm") ||
                          section.has("radius_cm") || section.has("radius_m");

@@ -49,10 +49,14 @@ enum class Purpose { calibration, tracking };
 
 // [particle]. Shapes are those of scene files; spheres may also be given by their offset on the
 // long axis, a plate by its half axes and thickness, and what a camera sees as a named body.
+//
+// `rig_may_count`: how many there are may be left to the rig; then count is 0.
 Particle read_particle(TomlSection section,
                        Purpose purpose,
+                       bool rig_may_count,
                        const std::filesystem::path& folder,
                        std::vector<std::filesystem::path>& inputs);
+void set_count(int count, Particle& particle);
 // As many grains as the model stands for one of. The mass is that stated, else NaN.
 Particle particle_of(const SceneParticle& model, int count);
 // That of a scene which brings its own; more than one kind of grain has the first one's looks.

@@ -29,18 +29,24 @@ const char* read_files(TomlSection& section,
                        Replicate& replicate) {
   replicate.video = read_file(section, "video", folder);
   replicate.tracks = read_file(section, "tracks", folder);
+  replicate.outline = read_file(section, "outline", folder);
   replicate.discharge = read_file(section, "discharge", folder);
   replicate.curves = read_file(section, "curves", folder);
   if (!replicate.video.empty() && !replicate.tracks.empty())
     section.fail("tracks",
                  "is given beside 'video': grains are tracked once, in a film or elsewhere");
+  if (!replicate.outline.empty() && !(replicate.video.empty() && replicate.tracks.empty()))
+    section.fail(
+        "outline",
+        "is given beside 'video' or 'tracks': an outline stands for a film without tracks");
   if (replicate.file().empty())
-    section.fail("video", "is needed, or 'tracks', 'discharge' or 'curves'");
+    section.fail("video", "is needed, or 'tracks', 'outline', 'discharge' or 'curves'");
   replicate.corrections = read_file(section, "corrections", folder);
   if (!replicate.corrections.empty() && replicate.video.empty())
     section.fail("corrections", "is only known of films; correct the tracks in their own file");
   return !replicate.video.empty()       ? "video"
          : !replicate.tracks.empty()    ? "tracks"
+         : !replicate.outline.empty()   ? "outline"
          : !replicate.discharge.empty() ? "discharge"
                                         : "curves";
 }
@@ -55,10 +61,17 @@ void read_source(TomlSection& section, Replicate& replicate) {
   if (const auto event = section.optional_quantity("event", time_units)) {
     only_for(replicate.video.empty(),
              section.has("event_s") ? "event_s" : "event_ms",
-             "tracks and discharge curves; on films the event is found");
+             "tracks, outlines and discharge curves; on films the event is found");
     source.event_time = *event;
   }
   source.scale = section.optional_quantity("scale", scale_units, positive);
+  if (const auto eye = section.optional_numbers("eye", 3, length_units)) {
+    const std::string key = section.key_of("eye", length_units);
+    only_for(!replicate.outline.empty(), key, "outlines; of films the camera tells it");
+    if (!((*eye)[2] > 0.0))
+      section.fail(key, "must be x, z and the distance from the picture plane, which is above 0");
+    replicate.eye = {(*eye)[0], (*eye)[1], (*eye)[2]};
+  }
   const bool tracks = !replicate.tracks.empty();
   if (source.scale) only_for(tracks, "scale_px_per_mm", "tracks");
   const auto pair = [&](const std::optional<std::vector<double>>& numbers)
@@ -108,6 +121,9 @@ std::vector<Replicate> read_replicates(TomlSection& root,
     replicate.frame_rate = section.optional_quantity("frame_rate", rate_units, positive);
     read_source(section, replicate);
     replicate.rig = read_own_rig(section);
+    if (!replicate.outline.empty() && !replicate.rig.seen_outline)
+      section.fail("outline",
+                   "is given, but this kind of rig does not tell where the outline of its bed is");
     if (!replicate.discharge.empty() && !replicate.rig.opening && !replicate.rig.scene.exit_height)
       section.fail("discharge",
                    "is given, but no grains leave this rig; a scene needs exit_height");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "datasets/rigs/rig_kind.h"
 
@@ -103,7 +104,16 @@ Rig read_rig(TomlSection section, TomlSection* replicate, const RigContext& cont
   return rig;
 }
 
-// Lengths in mm, speeds in mm/s, everything else in SI.
+std::vector<double> outline_columns(const SeenOutline& seen, double grain_diameter) {
+  const double width = 0.5 * grain_diameter;
+  const auto first = static_cast<long>(std::floor(seen.from_x / width));
+  const auto last = static_cast<long>(std::ceil(seen.to_x / width));
+  std::vector<double> columns;
+  for (long i = first; i < last; ++i) columns.push_back((static_cast<double>(i) + 0.5) * width);
+  return columns;
+}
+
+// Lengths in mm, speeds in mm/s, turning in rpm, everything else in SI.
 std::string words_on(const std::vector<RigSetting>& settings) {
   std::string words;
   for (const auto& [name, value, unit] : settings) {
@@ -112,6 +122,8 @@ std::string words_on(const std::vector<RigSetting>& settings) {
     if (!words.empty()) words += ", ";
     if (unit == "m" || unit == "m_per_s") {
       words += fmt::format("{} {:.4g} {}", title, 1e3 * value, unit == "m" ? "mm" : "mm/s");
+    } else if (unit == "rad_per_s") {
+      words += fmt::format("{} {:.4g} rpm", title, value / (6.0 * radians_per_degree));
     } else {
       words += fmt::format("{} {:.4g} {}", title, value, unit);
     }

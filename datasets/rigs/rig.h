@@ -54,6 +54,7 @@ struct SeenOutline {
     Polygon drawing;                                     // before the event
     Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // m/s, as stated
     bool speed_is_stated = false;                        // else the film alone tells it
+    double radius = 0.0;  // m, of an upright tube about the middle of its drawing; 0: flat
   };
   // What turns about the line of sight all the time: a drum. Grains are seen inside it alone.
   struct Drum {
@@ -99,10 +100,14 @@ struct Rig {
   std::string kind;  // of [rig], for sentences; nobody asks what it is
   SceneData scene;   // walls with their motions, filling and phases; grains as `brings_grains` says
   bool brings_grains = false;  // the scene has particles, materials and surfaces of its own
+  int filled_count = 0;        // grains, where [rig] says how many; 0: [particle] does
   BeginsFrom begins_from = BeginsFrom::filling;
   double gravity = 9.81;          // m/s2, along -z
   double softened_overlap = 0.0;  // of a grain's diameter, in the hardest impact; 0: never softened
   std::vector<RigSetting> settings;
+  // Which other experiment with the same grains tells apart what this one leaves together, for
+  // sentences: "a drum ..."; empty where none is known.
+  std::string complement;
   std::vector<std::string> observables;  // what is compared where [measure] names nothing
 
   // As the camera sees it
@@ -113,6 +118,10 @@ struct Rig {
   std::optional<SeenOutline> seen_outline;  // where the bed's free surface is what is seen of it
   double front_back_gap = 0.0;              // m, clear distance of the panes; 0: not one layer
 };
+
+// The middles of the columns in which an outline is compared, m: half a grain wide, with an edge at
+// x = 0.
+std::vector<double> outline_columns(const SeenOutline& seen, double grain_diameter);
 
 // "orifice 65 mm", or empty where nothing is set.
 std::string words_on(const std::vector<RigSetting>& settings);

@@ -56,6 +56,7 @@ struct RigKind {
   std::string_view template_name = {};
   bool brings_grains = false;  // [particle] and [material] are not needed
   bool is_one_layer = true;    // of grains between panes, where it does not bring them
+  bool pours_a_bed = false;    // and may say how many grains there are instead of [particle]
   void (*read)(RigSection& section, const RigContext& context, Rig& rig);
 };
 

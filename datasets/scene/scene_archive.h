@@ -100,10 +100,28 @@ void list_fields(Archive& archive, SceneWall& wall) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, SceneRoom& room) {
+  auto& [from, to, radius] = room;
+  archive("from_m", from)("to_m", to)("radius_m", radius);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, SceneFill& fill) {
-  auto& [method, low, high, clearance, random_orientation, angle, interval, speed, length, number] =
-      fill;
+  auto& [method,
+         low,
+         high,
+         clearance,
+         jitter,
+         body_centred,
+         within,
+         random_orientation,
+         angle,
+         interval,
+         speed,
+         length,
+         number] = fill;
   archive("method", method)("low_m", low)("high_m", high)("clearance_m", clearance);
+  archive("jitter_m", jitter)("body_centred", body_centred)("within", within);
   archive("random_orientation", random_orientation)("angle_rad", angle)("interval_s", interval);
   archive("speed_m_per_s", speed)("length_m", length)("number", number);
 }

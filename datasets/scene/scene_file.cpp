@@ -406,6 +406,16 @@ SceneFill read_fill(TomlSection section, bool is_planar) {
     section.fail("high_m", "must lie above and to the right of low");
   }
   fill.clearance = section.optional_quantity("clearance", length_units, not_negative).value_or(0.0);
+  fill.jitter = section.optional_quantity("jitter", length_units, not_negative);
+  if (fill.jitter && fill.method != SceneFill::Method::lattice)
+    section.fail(section.key_of("jitter", length_units), "is only known of a lattice");
+  if (fill.jitter && *fill.jitter > 0.5 * fill.clearance) {
+    section.fail(section.key_of("jitter", length_units),
+                 fmt::format("is {:.4g} mm, but particles would touch each other above half the "
+                             "clearance, {:.4g} mm",
+                             1e3 * *fill.jitter,
+                             0.5e3 * fill.clearance));
+  }
   if (const auto angle = section.optional_quantity("angle", angle_units)) {
     fill.angle = *angle;
     fill.random_orientation = false;

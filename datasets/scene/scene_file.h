@@ -109,6 +109,12 @@ struct SceneWall {
   std::string body;  // walls with the same word are parts of one rigid body
 };
 
+// The room inside a cylinder, open at both ends.
+struct SceneRoom {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::UnitZ();  // m, of its axis
+  double radius = 0.0;                                                            // m
+};
+
 // How the counted particles come in.
 struct SceneFill {
   // rows: planar particles at random angles, in rows from the floor of the region up, that touch
@@ -118,6 +124,13 @@ struct SceneFill {
   Eigen::Vector3d low = Eigen::Vector3d::Zero();   // m; the region, of centres' bounding balls
   Eigen::Vector3d high = Eigen::Vector3d::Zero();  // m
   double clearance = 0.0;                          // m; between bounding balls
+  // m; lattice: how far each particle lies off its site at most, along every axis. Equal balls that
+  // lie straight above each other stay so for ever.
+  std::optional<double> jitter;
+  // lattice: a second site in the middle of eight, so that half as much room again is filled; then
+  // `clearance` is kept between these
+  std::optional<bool> body_centred;
+  std::optional<SceneRoom> within;  // lattice: only sites of which all of the particle lies in here
   bool random_orientation = true;
   double angle = 0.0;     // rad; picture angle where not random
   double interval = 0.0;  // s; rain: from one to the next

@@ -13,6 +13,7 @@ Json view_of(const datasets::Verdict& verdict);
 // Whether the run left what these sections show.
 bool has_comparisons(const RunData& data);
 bool has_tracks(const RunData& data);
+bool has_outlines(const RunData& data);
 // What section "What was compared" shows, in sentences; without what the agreement and the flow
 // tell.
 std::vector<std::string> compared_sentences(const RunData& data);
@@ -27,6 +28,7 @@ Section parameters_section(const RunData& data, Section section);
 Section experiments_section(const RunData& data, Section section);
 Section side_by_side_section(const RunData& data, Section section);
 Section compared_section(const RunData& data, Section section);
+Section surface_section(const RunData& data, Section section);
 Section flow_section(const RunData& data, Section section);
 Section agreement_section(const RunData& data, Section section);
 Section thesis_section(const RunData& data, Section section);

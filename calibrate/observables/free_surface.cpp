@@ -1,0 +1,62 @@
+// The free surface of a bed at rest: its height in every column, in the last moment of the outline.
+#include <cmath>
+
+#include "calibrate/compare/repeated_rule.h"
+#include "calibrate/observables/bed_profile.h"
+#include "calibrate/observables/outline_results.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+// How finely the mean edge of a column is defined at all (datasets/store/silhouette.h), in grain
+// diameters: what is claimed to be known better counts as known so well.
+constexpr double least_error = 0.01;
+
+class FreeSurface final : public Observable {
+ public:
+  std::string name() const override { return "free_surface"; }
+  ChannelWords words() const override { return {"Free surface at rest", "m", "place", "m"}; }
+  std::vector<double> axis(const Situation& situation) const override {
+    return columns_of(situation);
+  }
+
+  Channel measure(const datasets::Recording& recording,
+                  const Situation& situation,
+                  const Channel*) const override {
+    const auto profile = profile_at_rest(recording, situation);
+    if (!profile || !apex_of(*profile)) return {};
+    Channel channel{.values = profile->z};
+    if (!recording.outline->sigma.empty()) channel.errors = profile->sigma;
+    return channel;
+  }
+  bool needs_outline() const override { return true; }
+
+  std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
+    auto of = parts.of(name());
+    if (!of) return nullptr;
+    const double grain = parts.situations->front().particle.diameter;
+    return std::make_unique<RepeatedRule>(
+        of->channel,
+        ChannelShape{.widths = Widths::own_replicates, .least_error = {least_error * grain}},
+        parts.form,
+        *parts.layout,
+        std::move(of->replicates));
+  }
+  void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
+    tell_outlines(measured, results);
+  }
+  std::string lacking_words() const override { return lacking_outline; }
+};
+
+}  // namespace
+
+extern constinit const ObservableKind free_surface_kind{
+    .name = "free_surface",
+    .make = [](const datasets::Experiment& experiment,
+               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
+      require_outline(experiment, "free_surface");
+      return std::make_shared<FreeSurface>();
+    }};
+
+}  // namespace graintruth::calibrate

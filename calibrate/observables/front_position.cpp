@@ -1,0 +1,76 @@
+// How far the bed has come to reach beyond where it stood before the event, both sides together, at
+// the moments of the comparison.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calibrate/compare/repeated_rule.h"
+#include "calibrate/observables/bed_profile.h"
+#include "calibrate/observables/moments.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+class FrontPosition final : public Observable {
+ public:
+  std::string name() const override { return "front_position"; }
+  ChannelWords words() const override { return {"Way of the front", "m", "time", "s"}; }
+  std::vector<double> axis(const Situation& situation) const override {
+    return measurement_times(situation.measurement.frame_interval, situation.measurement.frames);
+  }
+
+  // At the moment of the outline that is nearest. What has come to rest stays: a simulation ends
+  // there.
+  Channel measure(const datasets::Recording& recording,
+                  const Situation& situation,
+                  const Channel*) const override {
+    const auto& outline = recording.outline;
+    if (!outline || outline->time.empty() || outline->column.size() < 2) return {};
+    Channel channel;
+    for (const double time : axis(situation)) {
+      const std::vector<double>& times = outline->time;
+      const auto nearest = std::min_element(times.begin(), times.end(), [&](double a, double b) {
+        return std::abs(a - time) < std::abs(b - time);
+      });
+      const BedProfile profile =
+          profile_at(*outline, static_cast<std::size_t>(nearest - times.begin()), situation);
+      channel.values.push_back(foot_of(profile, Side::right, situation) -
+                               foot_of(profile, Side::left, situation) - first_width(situation));
+    }
+    if (std::none_of(channel.values.begin(), channel.values.end(), [](double value) {
+          return std::isfinite(value);
+        })) {
+      return {};
+    }
+    return channel;
+  }
+  bool needs_outline() const override { return true; }
+
+  // Between two columns the foot is known by a straight line
+  std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
+    auto of = parts.of(name());
+    if (!of) return nullptr;
+    const Situation& situation = parts.situations->front();
+    return std::make_unique<RepeatedRule>(
+        of->channel,
+        ChannelShape{.widths = Widths::own_replicates,
+                     .least_error = {0.25 * situation.particle.diameter}},
+        parts.form,
+        *parts.layout,
+        std::move(of->replicates));
+  }
+  std::string lacking_words() const override { return lacking_outline; }
+};
+
+}  // namespace
+
+extern constinit const ObservableKind front_position_kind{
+    .name = "front_position",
+    .make = [](const datasets::Experiment& experiment,
+               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
+      require_outline(experiment, "front_position");
+      return std::make_shared<FrontPosition>();
+    }};
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,38 @@
+// One number that is read off the profile of a bed at rest. Replicates of all conditions tell how
+// much it scatters.
+#pragma once
+
+#include <optional>
+
+#include "calibrate/observables/bed_profile.h"
+
+namespace graintruth::calibrate {
+
+class ProfileNumber : public Observable {
+ public:
+  // Number, standard deviation of its measurement (NaN: none known) and details.
+  struct Value {
+    double value = 0.0, error = 0.0;
+    std::map<std::string, std::vector<double>> details = {};
+  };
+
+  Channel measure(const datasets::Recording& recording,
+                  const Situation& situation,
+                  const Channel*) const override {
+    const auto profile = profile_at_rest(recording, situation);
+    if (!profile || !apex_of(*profile)) return {};
+    const std::optional<Value> read = read_off(*profile, situation);
+    if (!read) return {};
+    return {.values = {read->value}, .errors = {read->error}, .details = read->details};
+  }
+  bool needs_outline() const override { return true; }
+  std::unique_ptr<Rule> rule(const RuleParts& parts) const override;
+  std::string lacking_words() const override { return lacking_outline; }
+
+ protected:
+  // Nothing where the profile does not tell it.
+  virtual std::optional<Value> read_off(const BedProfile& profile,
+                                        const Situation& situation) const = 0;
+};
+
+}  // namespace graintruth::calibrate

@@ -1,0 +1,36 @@
+// How far the bed at rest reaches beyond where it stood before the event, both sides together.
+#include <cmath>
+#include <limits>
+
+#include "calibrate/observables/profile_number.h"
+
+namespace graintruth::calibrate {
+
+namespace {
+
+class RunOut final : public ProfileNumber {
+ public:
+  std::string name() const override { return "run_out"; }
+  ChannelWords words() const override { return {"Run-out", "m", "", ""}; }
+
+ protected:
+  std::optional<Value> read_off(const BedProfile& profile,
+                                const Situation& situation) const override {
+    const double length =
+        foot_of(profile, Side::right, situation) - foot_of(profile, Side::left, situation);
+    if (!std::isfinite(length)) return std::nullopt;
+    return Value{length - first_width(situation), std::numeric_limits<double>::quiet_NaN()};
+  }
+};
+
+}  // namespace
+
+extern constinit const ObservableKind run_out_kind{
+    .name = "run_out",
+    .make = [](const datasets::Experiment& experiment,
+               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
+      require_outline(experiment, "run_out");
+      return std::make_shared<RunOut>();
+    }};
+
+}  // namespace graintruth::calibrate
