@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
+#include "datasets/store/outline.h"
 #include "datasets/store/table.h"
 #include "datasets/store/trajectories.h"
 #include "tracking/tracking_summary.h"
@@ -39,7 +40,7 @@ class ParticleTracker {
   virtual void prepare(cv::Mat& /*frame*/, int /*number*/) {}
   // Whether the film must be seen from end to end before the first particle is looked for.
   virtual bool looks_ahead() const { return false; }
-  virtual void look_ahead(const Picture& /*picture*/) {}
+  virtual void look_ahead(const Picture& /*picture*/, const FilmCamera& /*camera*/) {}
 
   // Who is where in the first picture.
   virtual void find_first(const Picture& picture,
@@ -50,8 +51,15 @@ class ParticleTracker {
   // now, and gets those of particles and event.
   virtual datasets::Trajectories finish(TrackingSummary& summary) = 0;
 
+  // The free surface of the bed after `finish`, where that is what is looked for; else null.
+  virtual const datasets::Outline* outline() const { return nullptr; }
+
   // As it looks in this film; as the experiment states it before `finish`.
   virtual void draw(cv::Mat& picture, const Camera& camera, const DrawnBody& body) const = 0;
+  // What else was found in a frame of the film.
+  virtual void draw_frame(cv::Mat& /*picture*/,
+                          const Camera& /*camera*/,
+                          std::size_t /*frame*/) const {}
   // Many and small: numbers and long trails would hide them.
   virtual bool is_crowd() const { return false; }
 

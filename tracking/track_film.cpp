@@ -97,7 +97,7 @@ TrackedFilm track_film(ParticleTracker& tracker,
   // 1. The film from end to end, for those who must know it all first
   if (tracker.looks_ahead()) {
     read_through(tracker, spec, film, options, camera, nullptr, [&](const Picture& picture) {
-      tracker.look_ahead(picture);
+      tracker.look_ahead(picture, *camera);
     });
   }
   // 2. Every particle from picture to picture

@@ -119,6 +119,26 @@ EarlierTracks earlier_tracks(const datasets::RunFolder& folder,
   return {std::move(summary), {}, false};
 }
 
+// tracks/<film>.outline.csv; what an outline's eye is called in tracking.json
+constexpr const char* outline_name = "outline";
+
+// What tracking a film left: always read back, so that a resumed run works with the same bits as
+// the first.
+void read_back(const datasets::RunFolder& folder,
+               const datasets::TrackingSpec& spec,
+               const std::string& film,
+               const Json& summary,
+               datasets::Recording& recording) {
+  if (!spec.rig.outline) {
+    recording.tracks = datasets::read_tracks(folder.tracks(film));
+    return;
+  }
+  recording.outline = datasets::read_outline(folder.film_table(film, outline_name));
+  const Json& eye = summary["outline"]["eye_m"];
+  recording.outline->eye = {
+      eye["x"].get<double>(), eye["z"].get<double>(), eye["distance"].get<double>()};
+}
+
 Json track_film(const datasets::TrackingSpec& spec,
                 const datasets::Film& film,
                 const datasets::RunFolder& folder,
@@ -135,8 +155,14 @@ Json track_film(const datasets::TrackingSpec& spec,
   const datasets::TrackingSpec recorded = tracking::as_recorded(spec, film.video);
   const auto tracker = tracking::make_tracker(recorded, film);
   const tracking::TrackedFilm tracked = tracking::track_film(*tracker, recorded, film, options);
-  std::vector<std::filesystem::path> files = {folder.tracks(film.name)};
-  datasets::write_tracks(files.front(), tracked.trajectories);
+  std::vector<std::filesystem::path> files;
+  if (const datasets::Outline* outline = tracker->outline()) {
+    files.push_back(folder.film_table(film.name, outline_name));
+    datasets::write_outline(files.back(), *outline);
+  } else {
+    files.push_back(folder.tracks(film.name));
+    datasets::write_tracks(files.back(), tracked.trajectories);
+  }
   for (const auto& [name, table] : tracker->tables()) {
     files.push_back(folder.film_table(film.name, name));
     datasets::write_csv(files.back(), table);
@@ -312,10 +338,8 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
       if (specs[i]) {
         track(i);
         if (summaries[i].is_null()) return;  // another film cannot be used
-        // Always read back from the file, so that a resumed run works with the same bits as the
-        // first
-        given[i].recording.tracks =
-            datasets::read_tracks(folder.tracks(experiment.replicates[i].name));
+        read_back(
+            folder, *specs[i], experiment.replicates[i].name, summaries[i], given[i].recording);
       }
       show(i, 1.0);
     });

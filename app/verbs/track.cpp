@@ -22,11 +22,18 @@ int run_track(const TrackCommand& command) {
   for (const datasets::Warning& doubt : session.films().doubts)
     fmt::print("Warning: {}\n", doubt.text);
   for (const auto& film : reports::list(tracking, {"replicates"})) {
-    fmt::print("{}: {}, {} frames, {:.2f} % of all poses found, ",
+    fmt::print("{}: {}, {} frames, ",
                reports::text(film, {"name"}),
                reports::text(film, {"grade"}),
-               reports::number(film, {"frames"}),
-               100.0 * reports::number(film, {"completeness"}));
+               reports::number(film, {"frames"}));
+    if (film.contains("outline")) {
+      fmt::print("outline to {:.3f} mm in {:.1f} % of its columns, ",
+                 reports::number(film, {"outline", "sigma_mm"}),
+                 100.0 * reports::number(film, {"outline", "share_of_columns_seen"}));
+    } else {
+      fmt::print("{:.2f} % of all poses found, ",
+                 100.0 * reports::number(film, {"completeness"}));
+    }
     if (const double rms = reports::number(film, {"calibration_rms_mm"}); std::isfinite(rms))
       fmt::print("calibration {:.3f} mm rms, ", rms);
     fmt::print("event at {:.4f} s of film\n", reports::number(film, {"event_time_s"}));

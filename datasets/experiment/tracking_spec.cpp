@@ -96,9 +96,30 @@ void list_fields(Archive& archive, OpenBox& box) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, SeenOutline::Mover& mover) {
+  auto& [name, drawing, velocity, speed_is_stated, radius] = mover;  // its name decides nothing
+  archive("drawing", drawing)("velocity", velocity)("speed_is_stated", speed_is_stated)("radius",
+                                                                                        radius);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, SeenOutline::Drum& drum) {
+  auto& [centre, radius, turning] = drum;
+  archive("centre", centre)("radius", radius)("turning", turning);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, SeenOutline& outline) {
+  auto& [from_x, to_x, floor_z, grains_before, grains_after, empty, mover, drum] = outline;
+  archive("from_x", from_x)("to_x", to_x)("floor_z", floor_z)("grains_before", grains_before)(
+      "grains_after", grains_after)("empty", empty)("mover", mover)("drum", drum);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, SeenRig& rig) {
-  auto& [walls, face, box, pane_gap, gravity] = rig;
-  archive("walls", walls)("face", face)("box", box)("pane_gap", pane_gap)("gravity", gravity);
+  auto& [walls, face, box, pane_gap, gravity, outline] = rig;
+  archive("walls", walls)("face", face)("box", box)("pane_gap", pane_gap)("gravity", gravity)(
+      "outline", outline);
 }
 
 template <class Archive>
@@ -125,7 +146,8 @@ SeenRig seen_rig(const Rig& rig) {
   SeenRig seen{.walls = rig.walls,
                .face = rig.moving_face,
                .pane_gap = rig.front_back_gap,
-               .gravity = rig.gravity};
+               .gravity = rig.gravity,
+               .outline = rig.seen_outline};
   if (const auto& bed = rig.bed)
     seen.box = {bed->width(), bed->height, rig.opening ? rig.opening->width() : 0.0};
   return seen;

@@ -38,6 +38,8 @@ struct SeenRig {
   std::optional<OpenBox> box;
   double pane_gap = 0.0;  // m, between the panes; walls reach half of it towards the camera
   double gravity = 9.81;  // m/s2, along -z
+  // Where the free surface of the bed is what is looked for, not its grains one by one
+  std::optional<SeenOutline> outline;
 };
 
 struct TrackingSpec {

@@ -35,6 +35,7 @@ void draw_findings(cv::Mat& picture, const Findings& findings, std::size_t frame
                    1,
                    cv::LINE_AA);
   }
+  findings.tracker->draw_frame(picture, camera, frame);
   const bool crowd = findings.tracker->is_crowd();
   const std::size_t trail = crowd ? 8 : 50;  // frames
   for (std::size_t body = 0; body < static_cast<std::size_t>(trajectories.particles); ++body) {

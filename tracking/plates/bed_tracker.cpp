@@ -36,7 +36,7 @@ BedTracker::BedTracker(const datasets::TrackingSpec& spec, const datasets::Film&
 }
 
 // The first and the last picture of the film, and how sharp it is.
-void BedTracker::look_ahead(const Picture& picture) {
+void BedTracker::look_ahead(const Picture& picture, const FilmCamera& /*camera*/) {
   if (pictures_++ == 0) first_picture_ = {picture.frame.clone(), 0, picture.parity};
   sharpness_.add(picture.frame);
   picture.frame.copyTo(last_picture_.frame);

@@ -45,7 +45,7 @@ class BedTracker : public ParticleTracker {
   BedTracker(const datasets::TrackingSpec& spec, const datasets::Film& film);
 
   bool looks_ahead() const override { return true; }
-  void look_ahead(const Picture& picture) override;
+  void look_ahead(const Picture& picture, const FilmCamera& camera) override;
   void find_first(const Picture& picture,
                   const FilmCamera& camera,
                   TrackingSummary& summary) override;
