@@ -10,6 +10,7 @@
 #include "tracking/film/corrections.h"
 #include "tracking/film/recording.h"
 #include "tracking/film/video.h"
+#include "tracking/view/mask.h"
 
 namespace graintruth::tracking {
 
@@ -23,6 +24,7 @@ void read_through(ParticleTracker& tracker,
                   const datasets::Film& film,
                   const TrackingOptions& options,
                   std::optional<FilmCamera>& camera,
+                  Mask& mask,
                   TrackingSummary* summary,
                   const Visit& visit) {
   VideoReader video(film.video, spec.camera.frame_rate);
@@ -30,6 +32,7 @@ void read_through(ParticleTracker& tracker,
   cv::Mat frame;
   while (video.read(frame)) {
     const int number = video.frames_read() - 1;
+    mask.cover(frame);
     tracker.prepare(frame, number);
     if (!camera) {
       camera = calibrate_on(spec.camera, frame, film);
@@ -94,14 +97,15 @@ TrackedFilm track_film(ParticleTracker& tracker,
   TrackedFilm result;
   TrackingSummary& summary = result.summary;
   std::optional<FilmCamera> camera;
+  Mask mask(spec.camera);
   // 1. The film from end to end, for those who must know it all first
   if (tracker.looks_ahead()) {
-    read_through(tracker, spec, film, options, camera, nullptr, [&](const Picture& picture) {
+    read_through(tracker, spec, film, options, camera, mask, nullptr, [&](const Picture& picture) {
       tracker.look_ahead(picture, *camera);
     });
   }
   // 2. Every particle from picture to picture
-  read_through(tracker, spec, film, options, camera, &summary, [&](const Picture& picture) {
+  read_through(tracker, spec, film, options, camera, mask, &summary, [&](const Picture& picture) {
     if (picture.number > 0) {
       tracker.follow(picture);
       return;

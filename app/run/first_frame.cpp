@@ -11,6 +11,7 @@
 #include "tracking/film/recording.h"
 #include "tracking/film/video.h"
 #include "tracking/registry.h"
+#include "tracking/view/mask.h"
 #include "tracking/view/scale.h"
 
 namespace graintruth::app {
@@ -115,6 +116,7 @@ FirstFrame look_at_first_frame(const datasets::TrackingSpec& spec,
   tracking::VideoReader reader(film.video, spec.camera.frame_rate);
   cv::Mat picture;
   reader.read(picture);
+  tracking::Mask(spec.camera).cover(picture);
   FirstFrame frame{.width = reader.width(), .height = reader.height()};
 
   // 2. The camera

@@ -70,6 +70,8 @@ void Session::track() {
   record_.input_hashes = films_.input_hashes;
   record_.input_hashes[experiment_.file.filename().string()] =
       datasets::file_hash(experiment_.file);
+  if (const auto& annotation = experiment_.annotation; !annotation.empty())
+    record_.input_hashes[annotation.filename().string()] = datasets::file_hash(annotation);
 }
 
 void Session::require_usable_tracks() const {

@@ -99,21 +99,50 @@ Chessboard read_chessboard(TomlSection section, const std::filesystem::path& fol
   return board;
 }
 
+std::array<double, 2> pixel(const std::vector<double>& numbers) { return {numbers[0], numbers[1]}; }
+
+// Two ends in the picture, and how far they are apart: of a Stick or a CheckedLength.
+template <class Length>
+void read_length(TomlSection& section, Length& known) {
+  known.from = pixel(section.numbers("from", 2, pixel_units));
+  known.to = pixel(section.numbers("to", 2, pixel_units));
+  if (known.from == known.to) section.fail("to_px", "is the same point as from_px");
+  known.length = section.quantity("length", length_units, positive);
+  known.length_uncertainty =
+      section.optional_quantity("length_uncertainty", length_units, positive).value_or(0.0);
+}
+
 Stick read_stick(TomlSection section) {
   Stick stick;
-  const auto pixel = [](const std::vector<double>& numbers) {
-    return std::array{numbers[0], numbers[1]};
-  };
-  stick.from = pixel(section.numbers("from", 2, pixel_units));
-  stick.to = pixel(section.numbers("to", 2, pixel_units));
-  if (stick.from == stick.to) section.fail("to_px", "is the same point as from_px");
-  stick.length = section.quantity("length", length_units, positive);
-  stick.length_uncertainty =
-      section.optional_quantity("length_uncertainty", length_units, positive).value_or(0.0);
+  read_length(section, stick);
   const auto origin = section.optional_numbers("origin", 2, pixel_units);
   stick.origin = origin ? pixel(*origin) : stick.from;
   section.finish();
   return stick;
+}
+
+std::optional<std::vector<CheckedLength>> read_checks(TomlSection& camera) {
+  std::vector<CheckedLength> checks;
+  for (TomlSection& section : camera.sections("check")) {
+    read_length(section, checks.emplace_back());
+    section.finish();
+  }
+  if (checks.empty()) return std::nullopt;
+  return checks;
+}
+
+std::optional<std::vector<MaskPolygon>> read_masks(TomlSection& camera) {
+  std::vector<MaskPolygon> masks;
+  for (TomlSection& section : camera.sections("mask")) {
+    MaskPolygon& mask = masks.emplace_back();
+    for (const std::vector<double>& corner : section.rows("corners", 2, pixel_units))
+      mask.corners.push_back(pixel(corner));
+    if (mask.corners.size() < 3)
+      section.fail("corners_px", "must be a list of at least 3 corners [column, row]");
+    section.finish();
+  }
+  if (masks.empty()) return std::nullopt;
+  return masks;
 }
 
 LensBoard read_lens(TomlSection section, const std::filesystem::path& folder) {
@@ -181,13 +210,16 @@ Camera read_camera(TomlSection section, const std::filesystem::path& folder, boo
                  "is missing; films need a scale: fiducials_mm and fiducial_diameter_mm, "
                  "[[camera.point]], [camera.chessboard] or [camera.stick]");
   }
-  if (!camera.points.empty() || camera.stick)
+  camera.checks = read_checks(section);
+  if (!camera.points.empty() || camera.stick || camera.checks)
     camera.click_error = section.optional_quantity("click_error", pixel_units, positive)
                              .value_or(camera.click_error);
   // 2. The lens, and what is looked at
   if (auto lens = section.optional_section("lens")) camera.lens = read_lens(*lens, folder);
   if (const auto edges = section.optional_numbers("region", 4, pixel_units))
     camera.region = read_region(section, *edges);
+  camera.masks = read_masks(section);
+  section.optional_text("annotation");  // read before, see annotation.h
   section.finish();
   return camera;
 }

@@ -47,6 +47,18 @@ struct Stick {
   std::array<double, 2> origin{};      // px, of the point (0, 0)
 };
 
+// A length in that plane that is known as well, and only checks the scale.
+struct CheckedLength {
+  std::array<double, 2> from{}, to{};  // px, column and row of its ends
+  double length = 0.0;                 // m
+  double length_uncertainty = 0.0;     // m, one standard deviation
+};
+
+// A part of the picture that nobody looks at.
+struct MaskPolygon {
+  std::vector<std::array<double, 2>> corners;  // px, column and row
+};
+
 // Pictures of a chessboard that was held anywhere before the same camera.
 struct LensBoard {
   int columns = 0, rows = 0;  // of inner corners
@@ -68,6 +80,9 @@ struct Camera {
   // When the event should be seen, in seconds of film, if the laboratory noted it. Only checks what
   // is found.
   std::optional<double> noted_event_time;
+  // Lists that are not empty where they are there
+  std::optional<std::vector<CheckedLength>> checks;
+  std::optional<std::vector<MaskPolygon>> masks;
 };
 
 // Reads and checks [camera]; pictures that it names lie in `folder`. Where there are films, a scale

@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "datasets/experiment/annotation.h"
 #include "datasets/experiment/replicates.h"
 #include "datasets/experiment/tuned_parameters.h"
 #include "datasets/parameters/apply.h"
@@ -233,9 +234,12 @@ std::string experiment_name(const std::filesystem::path& file) {
              : file.stem().string();
 }
 
-Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
-  const TomlFile parsed(file);
-  TomlSection root = parsed.root();
+namespace {
+
+Experiment read_experiment(const AnnotatedFile& annotated,
+                           const std::filesystem::path& file,
+                           Purpose purpose) {
+  TomlSection root = annotated.file.root();
   if (root.has("experiment") && !root.has("particle")) {
     root.fail("experiment",
               "lists experiments that are calibrated together, which only 'calibrate' and 'check' "
@@ -244,6 +248,7 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   const std::filesystem::path folder = file.parent_path();
   Experiment experiment;
   experiment.file = file;
+  experiment.annotation = annotated.annotation;
   experiment.name = experiment_name(file);
   // What a calibration cannot do without; of a film that is only tracked, what is there
   const bool only_tracked = purpose == Purpose::tracking;
@@ -299,9 +304,22 @@ Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
   return experiment;
 }
 
+}  // namespace
+
+Experiment load_experiment(const std::filesystem::path& file, Purpose purpose) {
+  return read_experiment(read_annotated(file), file, purpose);
+}
+
+Experiment load_experiment(const std::filesystem::path& file,
+                           const std::filesystem::path& annotation,
+                           Purpose purpose) {
+  return read_experiment(read_annotated(file, annotation), file, purpose);
+}
+
 Experiment as_filmed(const Experiment& experiment, const Replicate& replicate) {
   Experiment filmed = experiment;
   filmed.camera.frame_rate = replicate.frame_rate.value_or(experiment.camera.frame_rate);
+  if (replicate.noted_event_time) filmed.camera.noted_event_time = replicate.noted_event_time;
   filmed.rig = replicate.rig;
   return filmed;
 }

@@ -52,6 +52,8 @@ struct Replicate {
   Eye eye;                            // from where the file of an outline was seen
   TrackSource source;                 // how the file of tracks is meant; event_time of all files
   std::optional<double> frame_rate;   // Hz, where it is not the camera's
+  // As Camera::noted_event_time, of this film alone
+  std::optional<double> noted_event_time;
   Rig rig;                            // as it was for this replicate
   std::filesystem::path corrections;  // CSV of corrections made by hand; empty where there are none
   // Kept out of the calibration, to be predicted. Where no replicate says so, see
@@ -106,7 +108,8 @@ std::string_view name_of(ObjectiveForm form);
 
 struct Experiment {
   std::filesystem::path file;
-  std::string name;  // stem of the file: names the run folder
+  std::filesystem::path annotation;  // the file that it includes; empty: none
+  std::string name;                  // stem of the file: names the run folder
   std::string title;
   std::string note;     // provenance that every report must repeat, e.g. that films are synthetic
   std::string part_of;  // title of the joint calibration that it is read for; empty: none
@@ -133,6 +136,10 @@ std::string experiment_name(const std::filesystem::path& file);
 // not open videos, tracks or curves, but they must exist.
 Experiment load_experiment(const std::filesystem::path& file,
                            Purpose purpose = Purpose::calibration);
+// With this annotation in place of the one that the file names (annotation.h).
+Experiment load_experiment(const std::filesystem::path& file,
+                           const std::filesystem::path& annotation,
+                           Purpose purpose);
 
 // The experiment as one replicate was made and filmed: with its own rig and frame rate in `rig` and
 // `camera`.

@@ -91,15 +91,14 @@ void read_source(TomlSection& section, Replicate& replicate) {
   }
 }
 
-// Of pictures that a pattern names that of their folder.
+}  // namespace
+
 std::string usual_name(const std::filesystem::path& file) {
   const bool is_pattern = file.filename().string().find_first_of("*%") != std::string::npos &&
                           !std::filesystem::is_regular_file(file);
   const bool is_folder = !file.has_filename();  // its path ends with a slash
   return (is_pattern || is_folder ? file.parent_path().filename() : file.stem()).string();
 }
-
-}  // namespace
 
 std::vector<Replicate> read_replicates(TomlSection& root,
                                        const std::filesystem::path& folder,
@@ -119,6 +118,12 @@ std::vector<Replicate> read_replicates(TomlSection& root,
                    fmt::format("makes a second replicate called '{}'", replicate.name));
     }
     replicate.frame_rate = section.optional_quantity("frame_rate", rate_units, positive);
+    replicate.noted_event_time =
+        section.optional_quantity("noted_event", time_units, not_negative);
+    if (replicate.noted_event_time && replicate.video.empty()) {
+      section.fail(section.key_of("noted_event", time_units),
+                   "is only known of films; of tracks and curves write event_s");
+    }
     read_source(section, replicate);
     replicate.rig = read_own_rig(section);
     if (!replicate.outline.empty() && !replicate.rig.seen_outline)

@@ -11,6 +11,10 @@ namespace graintruth::datasets {
 // Reads the rig of one replicate, which may set some of its keys.
 using ReadReplicateRig = std::function<Rig(TomlSection& replicate)>;
 
+// The name of a replicate that states none, by its file: the stem; of pictures that a pattern names
+// that of their folder.
+std::string usual_name(const std::filesystem::path& file);
+
 std::vector<Replicate> read_replicates(TomlSection& root,
                                        const std::filesystem::path& folder,
                                        Purpose purpose,

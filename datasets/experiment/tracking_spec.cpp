@@ -49,6 +49,18 @@ void list_fields(Archive& archive, Stick& stick) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, CheckedLength& check) {
+  auto& [from, to, length, length_uncertainty] = check;
+  archive("from", from)("to", to)("length", length)("length_uncertainty", length_uncertainty);
+}
+
+template <class Archive>
+void list_fields(Archive& archive, MaskPolygon& mask) {
+  auto& [corners] = mask;
+  archive("corners", corners);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, LensBoard& lens) {
   auto& [columns, rows, pictures] = lens;
   archive("columns", columns)("rows", rows)("pictures", pictures);
@@ -65,10 +77,13 @@ void list_fields(Archive& archive, Camera& camera) {
          click_error,
          lens,
          region,
-         noted_event_time] = camera;
+         noted_event_time,
+         checks,
+         masks] = camera;
   archive("frame_rate", frame_rate)("pixel_aspect", pixel_aspect)("fiducials", fiducials)(
       "points", points)("chessboard", chessboard)("stick", stick)("click_error", click_error)(
-      "lens", lens)("region", region)("noted_event_time", noted_event_time);
+      "lens", lens)("region", region)("noted_event_time", noted_event_time)("checks", checks)(
+      "masks", masks);
 }
 
 template <class Archive>

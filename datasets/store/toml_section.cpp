@@ -44,6 +44,12 @@ std::string spellings(std::string_view stem, Units units) {
   return all;
 }
 
+// "file:line". A part of a file that another one includes remembers where it stands.
+std::string place_of(const toml::node& node, const std::filesystem::path& file) {
+  const toml::source_region& source = node.source();
+  return fmt::format("{}:{}", source.path ? *source.path : file.string(), source.begin.line);
+}
+
 }  // namespace
 
 TomlSection::TomlSection(std::shared_ptr<const toml::table> table,
@@ -74,10 +80,8 @@ bool TomlSection::is_table(std::string_view key) {
 
 void TomlSection::fail(std::string_view key, std::string_view complaint) const {
   const toml::node* node = table_->get(key);
-  const auto line = node != nullptr ? node->source().begin.line : table_->source().begin.line;
-  throw InputError(fmt::format("{}:{}: key '{}' {}{}",
-                               file_.string(),
-                               line,
+  throw InputError(fmt::format("{}: key '{}' {}{}",
+                               place_of(node != nullptr ? *node : *table_, file_),
                                qualified(key),
                                complaint,
                                complaint.ends_with('?') ? "" : "."));
@@ -285,6 +289,12 @@ std::string TomlSection::text_without(std::initializer_list<std::string_view> ke
   return text.str();
 }
 
+TomlSection TomlSection::overridden_by(const TomlSection& other) const {
+  toml::table both = *table_;
+  for (const auto& [key, value] : *other.table_) both.insert_or_assign(key.str(), value);
+  return {std::make_shared<const toml::table>(std::move(both)), other.file_, other.name_};
+}
+
 std::string TomlSection::key_of(std::string_view stem, Units units) const {
   for (const Unit& unit : units)
     if (table_->contains(with_unit(stem, unit))) return with_unit(stem, unit);
@@ -323,10 +333,9 @@ std::optional<std::vector<std::string>> TomlSection::optional_texts(std::string_
 
 namespace {
 
-toml::table parsed(const std::filesystem::path& file) {
-  const std::string content = read_text(file, "save it as plain text").text;
+toml::table parsed(std::string_view content, const std::filesystem::path& file) {
   try {
-    return toml::parse(std::string_view(content), file.string());
+    return toml::parse(content, file.string());
   } catch (const toml::parse_error& error) {
     // The library quotes what it saw, line ends included; a sentence has none
     std::string description(error.description());
@@ -339,10 +348,114 @@ toml::table parsed(const std::filesystem::path& file) {
   }
 }
 
+toml::table parsed(const std::filesystem::path& file) {
+  return parsed(read_text(file, "save it as plain text").text, file);
+}
+
 }  // namespace
 
 TomlFile::TomlFile(std::filesystem::path file)
-    : file_(std::move(file)), table_(std::make_shared<const toml::table>(parsed(file_))) {}
+    : file_(std::move(file)), table_(std::make_shared<toml::table>(parsed(file_))) {}
+
+TomlFile::TomlFile(std::filesystem::path file, std::shared_ptr<toml::table> table)
+    : file_(std::move(file)), table_(std::move(table)) {}
+
+TomlFile TomlFile::of_text(std::string text, const std::filesystem::path& name) {
+  return {name, std::make_shared<toml::table>(parsed(text, name))};
+}
+
+namespace {
+
+// Numbers by value: 135 is 135.0.
+bool are_same(const toml::node& one, const toml::node& other) {
+  if (one.is_number() && other.is_number()) return one.value<double>() == other.value<double>();
+  const toml::array* list = one.as_array();
+  const toml::array* other_list = other.as_array();
+  if (list != nullptr && other_list != nullptr) {
+    return std::equal(list->begin(), list->end(), other_list->begin(), other_list->end(), are_same);
+  }
+  const toml::table* table = one.as_table();
+  const toml::table* other_table = other.as_table();
+  if (table != nullptr && other_table != nullptr) {
+    return table->size() == other_table->size() &&
+           std::all_of(table->begin(), table->end(), [&](const auto& entry) {
+             const toml::node* twin = other_table->get(entry.first.str());
+             return twin != nullptr && are_same(entry.second, *twin);
+           });
+  }
+  return one.is_string() ? one.value<std::string>() == other.value<std::string>()
+                         : one.type() == other.type() && one.value<bool>() == other.value<bool>();
+}
+
+class Inclusion {
+ public:
+  Inclusion(std::filesystem::path file,
+            std::filesystem::path other,
+            const TomlFile::NameInList& name_in_list)
+      : file_(std::move(file)), other_(std::move(other)), name_in_list_(name_in_list) {}
+
+  void add(toml::table& into, toml::table& from, const std::string& name) const {
+    for (auto&& [key, node] : from) {
+      const std::string path =
+          name.empty() ? std::string(key.str()) : fmt::format("{}.{}", name, key.str());
+      toml::node* there = into.get(key.str());
+      if (there == nullptr) {
+        into.insert_or_assign(key.str(), std::move(node));
+      } else if (there->is_table() && node.is_table()) {
+        add(*there->as_table(), *node.as_table(), path);
+      } else if (!are_same(*there, node)) {
+        if (there->is_array_of_tables() && node.is_array_of_tables())
+          add_list(*there->as_array(), *node.as_array(), path);
+        else
+          refuse(*there, node, path);
+      }
+    }
+  }
+
+ private:
+  void add_list(toml::array& into, toml::array& from, const std::string& path) const {
+    const auto name_of = [&](toml::node& node) {
+      TomlSection table(
+          std::shared_ptr<const toml::table>(std::shared_ptr<void>(), node.as_table()),
+          file_,
+          path);
+      return name_in_list_(path, table);
+    };
+    for (toml::node& node : from) {
+      const std::string name = name_of(node);
+      if (name.empty()) refuse(into.front(), node, path);
+      const auto same = std::find_if(
+          into.begin(), into.end(), [&](toml::node& there) { return name_of(there) == name; });
+      if (same == into.end()) {
+        throw InputError(fmt::format("{}: key '{}' says something of '{}', which is not in {}.",
+                                     place_of(node, other_),
+                                     path,
+                                     name,
+                                     file_.string()));
+      }
+      add(*same->as_table(), *node.as_table(), path);
+    }
+  }
+
+  [[noreturn]] void refuse(const toml::node& there,
+                           const toml::node& node,
+                           const std::string& path) const {
+    throw InputError(fmt::format("{}: key '{}' is stated otherwise in {}; keep one of them.",
+                                 place_of(node, other_),
+                                 path,
+                                 place_of(there, file_)));
+  }
+
+  std::filesystem::path file_, other_;
+  const TomlFile::NameInList& name_in_list_;
+};
+
+}  // namespace
+
+void TomlFile::include(const std::filesystem::path& other, const NameInList& name_in_list) {
+  toml::table table = parsed(other);
+  Inclusion(file_, other, name_in_list).add(*table_, table, "");
+}
 
 TomlSection TomlFile::root() const { return TomlSection(table_, file_, ""); }
 

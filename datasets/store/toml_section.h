@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -28,11 +29,23 @@ class TomlSection;
 class TomlFile {
  public:
   explicit TomlFile(std::filesystem::path file);
+  // `text` stands in for the file of that name.
+  static TomlFile of_text(std::string text, const std::filesystem::path& name);
   TomlSection root() const;
 
+  // Names a table of a list, [[key]], so that both files may say something of it: "" where it has
+  // no name.
+  using NameInList = std::function<std::string(std::string_view key, TomlSection& table)>;
+  // Adds what another file states of the same tables. Sentences about its keys name that file and
+  // its lines. A key of both must have one value. Tables of a list are the same where they have one
+  // name; other lists stand in one of the files. Throws InputError where both contradict each other.
+  void include(const std::filesystem::path& other, const NameInList& name_in_list);
+
  private:
+  TomlFile(std::filesystem::path file, std::shared_ptr<toml::table> table);
+
   std::filesystem::path file_;
-  std::shared_ptr<const toml::table> table_;
+  std::shared_ptr<toml::table> table_;
 };
 
 // Remembers which keys were asked for, so that finish() can name those that nobody knows.
@@ -76,6 +89,9 @@ class TomlSection {
   std::optional<std::vector<std::string>> optional_texts(std::string_view key);
   // All keys of the table, as written (for tables whose keys are names).
   std::vector<std::string> keys() const;
+
+  // The same keys, and those of the other, which win.
+  TomlSection overridden_by(const TomlSection& other) const;
 
   // What the table states, as TOML, but for some keys.
   std::string text_without(std::initializer_list<std::string_view> keys) const;

@@ -30,7 +30,9 @@ TrackingSpec full_spec() {
                  .stick = Stick{{1.0, 2.0}, {3.0, 4.0}, 0.5, 0.001, {5.0, 6.0}},
                  .lens = LensBoard{8, 5, {{"", "cdef"}, {"", "fedc"}}},
                  .region = std::array{1, 2, 300, 400},
-                 .noted_event_time = 0.3};
+                 .noted_event_time = 0.3,
+                 .checks = {{{{1.0, 2.0}, {3.0, 4.0}, 0.5, 0.001}}},
+                 .masks = {{{{{1.0, 2.0}, {3.0, 4.0}, {5.0, 6.0}}}}}};
   spec.starts = {{0.1, 0.2, 0.3}};
   spec.rig = {.walls = {{"wall", 0.1, 0.2, 0.3, 0.4}},
               .face = MovingFace{0.1, 0.2, 0.3, -0.4},

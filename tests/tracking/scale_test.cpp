@@ -108,6 +108,42 @@ TEST(Stick, GivesScaleAndOriginOfALevelCamera) {
   EXPECT_NEAR(film_camera.calibration.point_covariance(0.0, 0.0).norm(), 0.0, 1e-15);
 }
 
+// A known length beside the scale: told where both cannot be right.
+TEST(CheckedLengths, AreToldWhereTheyContradictTheScale) {
+  const Camera truth = tilted_camera();
+  datasets::Camera stated = clicked(truth, 0.5, 3);
+  const Eigen::Vector2d from = truth.project(-0.1, 0.05), to = truth.project(0.1, 0.05);
+  const auto warnings = [&](double length) {
+    stated.checks = {{{{from.x(), from.y()}, {to.x(), to.y()}, length, 0.0}}};
+    TrackingSummary summary;
+    describe_camera(calibrate_on_grey(stated), stated, summary);
+    return summary.warnings;
+  };
+  EXPECT_TRUE(warnings(0.2).empty());
+  ASSERT_EQ(warnings(0.21).size(), 1U);
+  EXPECT_NE(warnings(0.21)[0].find("stated as 210 mm is "), std::string::npos);
+}
+
+// The error that is stated is that of many clicks.
+TEST(MeasuredLengths, KnowTheirError) {
+  const Camera truth = tilted_camera();
+  std::mt19937 random(5);
+  std::normal_distribution<double> error(0.0, 0.7);
+  double square = 0.0;
+  constexpr int times = 40;
+  for (unsigned seed = 1; seed <= times; ++seed) {
+    const Calibration found = calibrate_on_grey(clicked(truth, 0.7, seed)).calibration;
+    const auto click = [&](double x, double z) -> Eigen::Vector2d {
+      return truth.project(x, z) + Eigen::Vector2d(error(random), error(random));
+    };
+    const MeasuredLength seen = measure_length(found, click(-0.1, 0.02), click(0.05, -0.06), 0.7);
+    const double off = (seen.length - 0.17) / seen.sigma;
+    square += off * off;
+  }
+  EXPECT_GT(std::sqrt(square / times), 0.7);
+  EXPECT_LT(std::sqrt(square / times), 1.4);
+}
+
 TEST(Stick, CountsPixelsThatAreNotSquare) {
   datasets::Camera stated;
   stated.pixel_aspect = 1.067;

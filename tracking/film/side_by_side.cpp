@@ -10,6 +10,7 @@
 #include "tracking/drawing/overlay.h"
 #include "tracking/film/video.h"
 #include "tracking/registry.h"
+#include "tracking/view/mask.h"
 #include "tracking/view/film_camera.h"
 
 namespace graintruth::tracking {
@@ -102,7 +103,9 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
   VideoReader reader(both.film.video, recorded.camera.frame_rate);
   cv::Mat picture;
   reader.read(picture);
-  const FilmCamera film_camera = calibrate_on(recorded.camera, picture, both.film);
+  cv::Mat seen = picture;
+  Mask(recorded.camera).cover(seen);
+  const FilmCamera film_camera = calibrate_on(recorded.camera, seen, both.film);
   const Camera& camera = film_camera.calibration.camera;
   const auto tracker = make_tracker(recorded, both.film);
   reader.hold_steady(film_camera.scale.sightings);

@@ -126,4 +126,14 @@ struct KnownLength {
 // The camera that sees it, taken as level and square to the plane.
 Calibration level_camera(const KnownLength& known, const CalibrationOptions& options);
 
+// The distance in the plane of two points that were clicked, and its standard deviation by the
+// clicks (px, per axis) and the calibration.
+struct MeasuredLength {
+  double length = 0.0, sigma = 0.0;  // m
+};
+MeasuredLength measure_length(const Calibration& calibration,
+                              const Eigen::Vector2d& from,
+                              const Eigen::Vector2d& to,
+                              double click_error);
+
 }  // namespace graintruth::tracking

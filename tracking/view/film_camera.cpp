@@ -29,6 +29,32 @@ cv::Rect region_of(const datasets::Camera& stated,
   return region;
 }
 
+// Known lengths that only check the scale.
+void compare_with_checks(const Calibration& calibration,
+                         const datasets::Camera& stated,
+                         TrackingSummary& summary) {
+  if (!stated.checks) return;
+  for (const datasets::CheckedLength& check : *stated.checks) {
+    const MeasuredLength seen = measure_length(calibration,
+                                               {check.from[0], check.from[1]},
+                                               {check.to[0], check.to[1]},
+                                               stated.click_error);
+    const double sigma = std::hypot(seen.sigma, check.length_uncertainty);
+    constexpr double sure = 3.0;
+    if (std::abs(seen.length - check.length) <= sure * sigma) continue;
+    summary.warn(fmt::format(
+        "By this scale a length that was stated as {:.4g} mm is {:.4g} +- {:.2g} mm long (pixel "
+        "{:.1f}, {:.1f} to {:.1f}, {:.1f}): one of the two is wrong.",
+        1.0e3 * check.length,
+        1.0e3 * seen.length,
+        1.0e3 * sigma,
+        check.from[0],
+        check.from[1],
+        check.to[0],
+        check.to[1]));
+  }
+}
+
 }  // namespace
 
 FilmCamera calibrate_on(const datasets::Camera& stated,
@@ -57,6 +83,7 @@ void describe_camera(const FilmCamera& film,
   summary.calibration_max_mm = 1.0e3 * calibration.max;
   summary.calibration_leave_one_out_rms_mm = 1.0e3 * calibration.leave_one_out_rms;
   summary.calibration_leave_one_out_max_mm = 1.0e3 * calibration.leave_one_out_max;
+  compare_with_checks(calibration, stated, summary);
   if (film.scale.sightings.empty())
     summary.findings.emplace_back(
         "The camera is assumed to stand still. Only fiducials can show that it moves");
