@@ -149,6 +149,30 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
   verb.callback([&] { status = run_check(command); });
 }
 
+void add_annotate(CLI::App& program, app::AnnotateCommand& command, int& status) {
+  CLI::App& verb = add_verb(
+      program,
+      "annotate",
+      "Make a page on which scale, rig, starts and masks are clicked, or put in place what it made",
+      "annotate datasets/micro/experiment.toml --out out/micro");
+  verb.add_option("inputs", command.inputs, "Experiment file; or films, with --rig")
+      ->type_name("EXPERIMENT.toml|FILM...")
+      ->required();
+  std::vector<std::string> kinds;
+  for (const datasets::RigKind* kind : datasets::rig_kinds()) kinds.emplace_back(kind->name);
+  verb.add_option("--rig", command.rig, "Of films alone: the kind of their rig")
+      ->type_name("KIND")
+      ->check(CLI::IsMember(kinds));
+  verb.add_option("--apply", command.apply, "Check this annotation and put it in place")
+      ->type_name("FILE");
+  verb.add_option("--out",
+                  command.common.out,
+                  "Folder for the page (default: out/<name>; of films alone my-rig, which gets an "
+                  "experiment file too)")
+      ->type_name("DIR");
+  verb.callback([&] { status = run_annotate(command); });
+}
+
 void add_simulate(CLI::App& program, app::SimulateCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "simulate",
@@ -374,6 +398,7 @@ int run(int argc, char** argv) {
   app::EvaluateCommand evaluate;
   app::CheckCommand check;
   app::NewCommand new_experiment;
+  app::AnnotateCommand annotate;
   app::SimulateCommand simulate;
   app::JournalCommand journal;
   app::FitCommand fit;
@@ -462,6 +487,7 @@ int run(int argc, char** argv) {
   add_evaluate(program, evaluate, status);
   add_check(program, check, status);
   add_new(program, new_experiment, status);
+  add_annotate(program, annotate, status);
   add_fit(program, fit, status);
   add_journal(program, journal, status);
 

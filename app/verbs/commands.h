@@ -100,6 +100,14 @@ struct CheckCommand {
 };
 int run_check(const CheckCommand& command);
 
+struct AnnotateCommand {
+  CommonOptions common;                       // out
+  std::vector<std::filesystem::path> inputs;  // an experiment file, or films
+  std::string rig;                            // of films alone: the kind of their rig
+  std::filesystem::path apply;                // an annotation to be put in place; empty: none
+};
+int run_annotate(const AnnotateCommand& command);
+
 struct NewCommand {
   std::string kind;  // micro, macro, walls or scene
   std::filesystem::path folder;

@@ -39,13 +39,17 @@ bool is_whole_picture(std::string_view content) {
 
 }  // namespace
 
+std::string address_of_jpeg(std::string_view content) {
+  return "data:image/jpeg;base64," + base64(content);
+}
+
 EmbeddedPicture embed_picture(const datasets::RunFolder& folder,
                               const std::filesystem::path& name) {
   const std::filesystem::path file = folder.root / name;
   if (!stays_inside(name) || !std::filesystem::is_regular_file(file)) return {};
   const std::string content = datasets::read_whole(file);
   if (!is_whole_picture(content)) return {PictureState::cut_off, ""};
-  return {PictureState::whole, "data:image/jpeg;base64," + base64(content)};
+  return {PictureState::whole, address_of_jpeg(content)};
 }
 
 }  // namespace graintruth::reports
