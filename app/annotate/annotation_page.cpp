@@ -128,8 +128,8 @@ Json rig_json(TomlSection& root, const std::filesystem::path& folder, const SoFa
   const datasets::RigDrawing& drawing = *found;
   for (const datasets::DrawnDimension& dimension : drawing.dimensions) {
     Json path = Json::array();
-    for (const auto& step : dimension.path)
-      std::visit([&](const auto& one) { path.push_back(one); }, step);
+    for (const datasets::TomlStep& step : dimension.path)
+      path.push_back(step.key.empty() ? Json(step.number) : Json(step.key));
     json["keys"].push_back({{"path", path},
                             {"stem", dimension.stem},
                             {"unit", dimension.unit},

@@ -17,7 +17,7 @@ namespace graintruth::datasets {
 
 namespace {
 
-using Path = std::vector<std::variant<std::string, std::size_t>>;
+using Path = std::vector<TomlStep>;
 
 // Functions of an angle by which coordinates may depend on it.
 struct Form {
@@ -151,17 +151,17 @@ void Drawer::list_dimensions(const toml::node& node, const Path& path) {
   if (const toml::table* table = node.as_table()) {
     for (const auto& [key, value] : *table) {
       Path longer = path;
-      longer.emplace_back(std::string(key.str()));
+      longer.push_back({.key = std::string(key.str())});
       list_dimensions(value, longer);
     }
   } else if (const toml::array* list = node.as_array()) {
     for (std::size_t i = 0; i < list->size(); ++i) {
       Path longer = path;
-      longer.emplace_back(i);
+      longer.push_back({.number = i});
       list_dimensions((*list)[i], longer);
     }
-  } else if (node.is_number() && std::holds_alternative<std::string>(path.back())) {
-    const auto& key = std::get<std::string>(path.back());
+  } else if (node.is_number() && !path.back().key.empty()) {
+    const std::string& key = path.back().key;
     if (const auto unit = unit_of(key)) {
       drawing_.dimensions.push_back({.path = path,
                                      .stem = key.substr(0, key.size() - unit->suffix.size() - 1),
@@ -178,18 +178,11 @@ toml::table Drawer::with(const std::vector<double>& values) const {
     const DrawnDimension& dimension = drawing_.dimensions[i];
     toml::node* node = &table;
     for (std::size_t depth = 0; depth + 1 < dimension.path.size(); ++depth) {
-      node = std::visit(
-          [&](const auto& step) -> toml::node* {
-            if constexpr (std::is_same_v<std::decay_t<decltype(step)>, std::string>) {
-              return node->as_table()->get(step);
-            } else {
-              return node->as_array()->get(step);
-            }
-          },
-          dimension.path[depth]);
+      const TomlStep& step = dimension.path[depth];
+      node =
+          step.key.empty() ? node->as_array()->get(step.number) : node->as_table()->get(step.key);
     }
-    node->as_table()->insert_or_assign(std::get<std::string>(dimension.path.back()),
-                                       values[i] / dimension.unit);
+    node->as_table()->insert_or_assign(dimension.path.back().key, values[i] / dimension.unit);
   }
   return table;
 }
@@ -322,7 +315,7 @@ RigDrawing Drawer::draw() {
   // 1. In which form angles enter: all combinations
   std::vector<std::size_t> angles;
   for (std::size_t i = 0; i < drawing_.dimensions.size(); ++i) {
-    const auto& key = std::get<std::string>(drawing_.dimensions[i].path.back());
+    const std::string& key = drawing_.dimensions[i].path.back().key;
     if (key.ends_with("_deg") || key.ends_with("_rad")) angles.push_back(i);
   }
   const std::function<bool(std::size_t)> fits = [&](std::size_t next) {

@@ -4,21 +4,26 @@
 #pragma once
 
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "datasets/rigs/rig_kind.h"
 
 namespace graintruth::datasets {
 
+// A step into TOML: to the value of a key, or to an element of a list.
+struct TomlStep {
+  std::string key;         // empty: of a list
+  std::size_t number = 0;  // from 0
+};
+
 // A key of [rig] on which the drawing depends.
 struct DrawnDimension {
-  std::vector<std::variant<std::string, std::size_t>> path;  // below [rig]; numbers count in lists
-  std::string stem;         // the key without its unit
-  double unit = 1.0;        // m or rad
-  double value = 0.0;       // m or rad, of the drawing that was looked at
-  std::string_view form;    // "plain", or the function of the angle that enters the products
-  bool is_setting = false;  // a replicate may state it otherwise
+  std::vector<TomlStep> path;  // below [rig]
+  std::string stem;            // the key without its unit
+  double unit = 1.0;           // m or rad
+  double value = 0.0;          // m or rad, of the drawing that was looked at
+  std::string_view form;       // "plain", or the function of the angle that enters the products
+  bool is_setting = false;     // a replicate may state it otherwise
 };
 
 // factor times the dimensions of these numbers; -1 stands for 1.
@@ -46,8 +51,8 @@ struct RigDrawing {
   std::vector<std::string> optional_keys;  // of [rig], that may be left out
 };
 
-// `settings` are keys of replicates, each text one TOML table: they count where [rig] takes them and
-// does not state them, the first one that does. Throws InputError where the rig cannot be read.
+// `settings` are keys of replicates, each text one TOML table: they count where [rig] takes them
+// and does not state them, the first one that does. Throws InputError where the rig cannot be read.
 RigDrawing draw_rig(const TomlSection& rig,
                     const std::vector<std::string>& settings,
                     const RigContext& context);

@@ -98,7 +98,8 @@ TEST(RigDrawing, OfWallsHasEveryEndByItself) {
       "wall = [{name = \"a\", from_x_mm = -30, from_z_mm = -150, to_x_mm = -30, to_z_mm = 100},"
       " {from_x_mm = 30, from_z_mm = 0, to_x_mm = 100, to_z_mm = 100}]\n");
   EXPECT_EQ(drawing.dimensions.size(), 8U);
-  EXPECT_EQ(std::get<std::size_t>(drawing.dimensions[0].path[1]), 0U);
+  EXPECT_TRUE(drawing.dimensions[0].path[1].key.empty());
+  EXPECT_EQ(drawing.dimensions[0].path[1].number, 0U);
   EXPECT_EQ(drawing.lines.size(), 2U);
 }
 
