@@ -157,14 +157,12 @@ TEST(CameraOfThePage, FitsPointsWithTheSameResiduals) {
           library.camera.project(reference["x"].get<double>(), reference["z"].get<double>()) -
           pixel;
       expect_near(seen["px"], miss, same_px);
-      // What a pixel is in mm there, at most
-      double pixel_mm = 0.0;
-      for (const Eigen::Vector2d& step : {Eigen::Vector2d(1e-3, 0.0), Eigen::Vector2d(0.0, 1e-3)}) {
-        const auto there = library.camera.unproject(pixel + step);
-        const auto here = library.camera.unproject(pixel);
-        pixel_mm += 1e6 * (there - here).norm();
-      }
-      EXPECT_NEAR(seen["mm"].get<double>(), 1.0e3 * library.residuals[i], same_px * pixel_mm);
+      // A large residual in mm is also a matter of the scale, which is as sure as the rest
+      const double pixel_mm =
+          1.0e3 / library.camera.scale(reference["x"].get<double>(), reference["z"].get<double>());
+      EXPECT_NEAR(seen["mm"].get<double>(),
+                  1.0e3 * library.residuals[i],
+                  same_px * (1.0 + miss.norm()) * pixel_mm);
     }
     for (int i = 0; i < 10; ++i) {
       const double sigma = std::sqrt(library.covariance(i, i));
