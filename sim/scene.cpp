@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "sim/laws/elementary.h"
+
 namespace graintruth::sim {
 namespace {
 
@@ -44,8 +46,15 @@ void check_wall(const Wall& wall, const std::string& name, bool planar) {
 
 double picture_angle_of(const Quat& world_from_body) {
   const Vec3 axis = world_from_body * Vec3::UnitX();
-  return std::atan2(axis.z(), axis.x());
+  return steady_atan2(axis.z(), axis.x());
 }
+
+Quat turn_about(const Vec3& axis, double angle) {
+  const auto [sine, cosine] = steady_sine_and_cosine(0.5 * angle);
+  return {cosine, sine * axis.x(), sine * axis.y(), sine * axis.z()};
+}
+
+Quat orientation_from_picture_angle(double angle) { return turn_about(Vec3::UnitY(), -angle); }
 
 const Surfaces& SurfaceTable::of(int first, int second) const {
   static const Surfaces unset;

@@ -20,9 +20,10 @@ inline Vec2 into_plane(const Vec3& v) { return {v.x(), v.z()}; }
 // inside of right-handed spins.
 
 // Orientation whose body x axis lies at `angle` (rad, picture sense) in the x-z plane.
-inline Quat orientation_from_picture_angle(double angle) {
-  return Quat(Eigen::AngleAxisd(-angle, Vec3::UnitY()));
-}
+Quat orientation_from_picture_angle(double angle);
+
+// A right-handed turn by `angle` (rad) about a unit axis.
+Quat turn_about(const Vec3& axis, double angle);
 
 // Picture angle of the body x axis, rad in (-pi, pi].
 double picture_angle_of(const Quat& world_from_body);

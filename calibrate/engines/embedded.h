@@ -2,6 +2,7 @@
 #pragma once
 
 #include "calibrate/engines/engine.h"
+#include "calibrate/engines/scene_build.h"
 
 namespace graintruth::calibrate {
 
@@ -13,5 +14,9 @@ namespace graintruth::calibrate {
 //   wall_force_<w>_x_n   force of the grains on the wall of that name, N; _y_n and _z_n likewise
 //   highest_grain_m      of the centres
 const Engine& embedded_engine();
+
+// The scene of a spec as it starts: every body that is there then, in its place. Throws
+// datasets::InputError, or std::invalid_argument, where it cannot start.
+BuiltScene start_of(const SimulationSpec& spec);
 
 }  // namespace graintruth::calibrate

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "datasets/store/input_error.h"
+#include "sim/laws/elementary.h"
 #include "sim/laws/restitution.h"
 #include "sim/shapes/profile.h"
 
@@ -30,10 +31,10 @@ constexpr double noteworthy_protrusion = 0.01;  // of the length
 
 // x with P(X < x) = share of a standard normal X, by bisection.
 double normal_quantile(double share) {
-  double low = -10.0, high = 10.0;
+  double low = -7.0, high = 7.0;  // within the range of exact_erf
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
-    (0.5 * std::erfc(-middle / std::sqrt(2.0)) < share ? low : high) = middle;
+    (0.5 + 0.5 * sim::exact_erf(middle / std::sqrt(2.0)) < share ? low : high) = middle;
   }
   return low;
 }
@@ -49,8 +50,9 @@ std::vector<double> size_classes(const SizeSpread& size) {
     } else {
       const double normal = normal_quantile(share);
       const double spread =
-          std::sqrt(std::log1p(size.standard_deviation * size.standard_deviation));
-      middles.push_back(size.kind == SizeSpread::Kind::normal ? normal : std::exp(spread * normal));
+          std::sqrt(sim::exact_log1p(size.standard_deviation * size.standard_deviation));
+      middles.push_back(size.kind == SizeSpread::Kind::normal ? normal
+                                                              : sim::exact_exp(spread * normal));
     }
   }
   double mean = 0.0, variance = 0.0;
@@ -97,8 +99,8 @@ sim::Clump scaled_clump(const SceneParticle& particle,
   }
   sim::MassChoice choice;
   choice.density = particle.density;
-  if (particle.mass) choice.mass = *particle.mass * std::pow(scale, 3);
-  if (particle.inertia) choice.inertia = *particle.inertia * std::pow(scale, 5);
+  if (particle.mass) choice.mass = *particle.mass * sim::exact_pow(scale, 3);
+  if (particle.inertia) choice.inertia = *particle.inertia * sim::exact_pow(scale, 5);
   return sim::make_clump(std::move(spheres), choice, particle.material);
 }
 

@@ -13,6 +13,7 @@
 #include "datasets/store/input_error.h"
 #include "sim/engine/neighbours.h"
 #include "sim/engine/relaxation.h"
+#include "sim/laws/elementary.h"
 
 namespace graintruth::calibrate {
 
@@ -29,10 +30,10 @@ sim::Quat random_rotation(Generator& generator) {
   const double u = share(generator);
   const double first = 2.0 * std::numbers::pi * share(generator);
   const double second = 2.0 * std::numbers::pi * share(generator);
-  return {std::sqrt(u) * std::cos(second),
-          std::sqrt(1.0 - u) * std::sin(first),
-          std::sqrt(1.0 - u) * std::cos(first),
-          std::sqrt(u) * std::sin(second)};
+  return {std::sqrt(u) * sim::steady_cos(second),
+          std::sqrt(1.0 - u) * sim::steady_sin(first),
+          std::sqrt(1.0 - u) * sim::steady_cos(first),
+          std::sqrt(u) * sim::steady_sin(second)};
 }
 
 // A body whose shape's x axis has this picture angle, then is turned by `azimuth` about z.
@@ -45,7 +46,7 @@ sim::Body turned_body(
     body.picture_angle = angle + sim::picture_angle_of(input_from_body);
     body.orientation = sim::orientation_from_picture_angle(body.picture_angle);
   } else {
-    body.orientation = sim::Quat(Eigen::AngleAxisd(azimuth, Vec3::UnitZ())) *
+    body.orientation = sim::turn_about(Vec3::UnitZ(), azimuth) *
                        sim::orientation_from_picture_angle(angle) * input_from_body;
   }
   return body;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/engine/neighbours.h"
+#include "sim/laws/elementary.h"
 
 namespace graintruth::sim {
 namespace {
@@ -65,7 +66,7 @@ class Relaxation {
       body.position.y() = layer();
     } else if (turn.norm() > 0.0) {
       body.orientation =
-          (Quat(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * body.orientation).normalized();
+          (turn_about(turn.normalized(), turn.norm()) * body.orientation).normalized();
     }
   }
 
@@ -128,7 +129,7 @@ double static_overlap(const Scene& scene) {
             .normal_modulus;
     const double k = 4.0 / 3.0 * modulus * std::sqrt(radius);
     const double gravity = scene.gravity.norm() > 0.0 ? scene.gravity.norm() : 9.81;
-    const double overlap = std::pow(type.mass * gravity / k, 2.0 / 3.0);
+    const double overlap = exact_pow(type.mass * gravity / k, 2.0 / 3.0);
     if (smallest == 0.0 || overlap < smallest) smallest = overlap;
   }
   return smallest;
@@ -161,7 +162,8 @@ RelaxationSummary relax_overlaps(Scene& scene, const RelaxationOptions& options)
   // 2. What it took
   for (std::size_t i = 0; i < before.size(); ++i) {
     const double move = (scene.bodies[i].position - before[i].position).norm();
-    const double turn = scene.bodies[i].orientation.angularDistance(before[i].orientation);
+    const Quat turned = scene.bodies[i].orientation * before[i].orientation.conjugate();
+    const double turn = 2.0 * steady_atan2(turned.vec().norm(), std::abs(turned.w()));
     if (summary.worst_body < 0 || move > summary.largest_move) {
       summary.largest_move = move;
       summary.worst_body = static_cast<int>(i);

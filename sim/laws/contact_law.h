@@ -6,6 +6,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "sim/laws/elementary.h"
 #include "sim/laws/material.h"
 #include "sim/laws/motion.h"
 
@@ -97,12 +98,12 @@ inline double incremental_force(double before,
                                 double stiffness_factor,
                                 double hertz) {
   if (!(before > 0.0)) return hertz;
-  const double stiffness = stiffness_factor * std::cbrt(1.5 * before / stiffness_factor);
+  const double stiffness = stiffness_factor * exact_cbrt(1.5 * before / stiffness_factor);
   return std::max(before + stiffness * approach, 0.0);
 }
 // J; stored in Hertz's spring at that force:  (2/5) F d(F)
 inline double energy_of_force(double force, double stiffness_factor) {
-  const double root = std::cbrt(1.5 * force / stiffness_factor);
+  const double root = exact_cbrt(1.5 * force / stiffness_factor);
   return 0.4 * force * root * root;
 }
 // N/m; k_t

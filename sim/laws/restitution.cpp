@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/laws/elementary.h"
+
 namespace graintruth::sim {
 namespace {
 
@@ -29,7 +31,7 @@ double clipped_restitution(double damping_ratio, NormalSpring spring) {
   };
   // Elastic contact duration: pi; of Hertz 2.943 d_max / v with d_max = (5/4)^(2/5). Strong damping
   // needs a finer step.
-  const double duration = is_linear ? std::numbers::pi : 2.9432752 * std::pow(1.25, 0.4);
+  const double duration = is_linear ? std::numbers::pi : 2.9432752 * exact_pow(1.25, 0.4);
   const double longest = duration / kStepsPerContact / (1.0 + damping_ratio);
   double x = 0.0;
   double v = 1.0;
@@ -60,7 +62,7 @@ double clipped_restitution(double damping_ratio, NormalSpring spring) {
 
 // beta = -ln e / sqrt(ln^2 e + pi^2) (thesis 1.20; exact for the unclipped law)
 double unclipped_damping_ratio(double restitution) {
-  const double log_e = std::log(restitution);
+  const double log_e = exact_log(restitution);
   return -log_e / std::sqrt(log_e * log_e + std::numbers::pi * std::numbers::pi);
 }
 
@@ -70,8 +72,8 @@ double restitution_of(double damping_ratio, Tension tension, NormalSpring spring
   if (damping_ratio == 0.0) return 1.0;
   if (tension == Tension::clipped) return clipped_restitution(damping_ratio, spring);
   return damping_ratio >= 1.0 ? 0.0
-                              : std::exp(-std::numbers::pi * damping_ratio /
-                                         std::sqrt(1.0 - damping_ratio * damping_ratio));
+                              : exact_exp(-std::numbers::pi * damping_ratio /
+                                          std::sqrt(1.0 - damping_ratio * damping_ratio));
 }
 
 double damping_ratio_for(double restitution, Tension tension, NormalSpring spring) {

@@ -7,6 +7,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "sim/laws/elementary.h"
+
 namespace graintruth::sim {
 namespace {
 
@@ -80,8 +82,8 @@ HertzImpact hertz_impact(double normal_modulus,
                          double speed) {
   const double k = 4.0 / 3.0 * normal_modulus * std::sqrt(reduced_radius);
   HertzImpact impact;
-  impact.deepest_overlap = std::pow(1.25 * reduced_mass * speed * speed / k, 0.4);
-  impact.largest_force = k * std::pow(impact.deepest_overlap, 1.5);
+  impact.deepest_overlap = exact_pow(1.25 * reduced_mass * speed * speed / k, 0.4);
+  impact.largest_force = k * exact_pow(impact.deepest_overlap, 1.5);
   impact.duration = 2.9432751843247 * impact.deepest_overlap / speed;
   return impact;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "sim/laws/elementary.h"
 #include "sim/shapes/clump.h"
 
 namespace graintruth::sim {
@@ -117,7 +118,7 @@ struct Quadrature {
 Quadrature gauss_legendre(int count) {
   Quadrature rule;
   for (int i = 0; i < count; ++i) {
-    double x = std::cos(kPi * (i + 0.75) / (count + 0.5));
+    double x = steady_cos(kPi * (i + 0.75) / (count + 0.5));
     double slope = 1.0;
     for (int iteration = 0; iteration < 100; ++iteration) {
       double p = 1.0, previous = 0.0;
@@ -162,8 +163,8 @@ AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& r
       const double cosine =
           (distance * distance + disc.radius * disc.radius - discs[j].radius * discs[j].radius) /
           (2.0 * distance * disc.radius);
-      const double half = std::acos(std::clamp(cosine, -1.0, 1.0));
-      const double direction = std::atan2(dy, dx);
+      const double half = steady_acos(std::clamp(cosine, -1.0, 1.0));
+      const double direction = steady_atan2(dy, dx);
       for (const double angle : {direction - half, direction + half}) {
         ends.push_back(angle - 2.0 * kPi * std::floor(angle / (2.0 * kPi)));
       }
@@ -171,8 +172,8 @@ AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& r
     std::sort(ends.begin(), ends.end());
     for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
       const double middle = 0.5 * (ends[k] + ends[k + 1]);
-      const double px = disc.x + disc.radius * std::cos(middle);
-      const double py = disc.y + disc.radius * std::sin(middle);
+      const double px = disc.x + disc.radius * steady_cos(middle);
+      const double py = disc.y + disc.radius * steady_sin(middle);
       bool covered = false;
       for (std::size_t j = 0; j < discs.size() && !covered; ++j) {
         if (j == i) continue;
@@ -190,7 +191,7 @@ AreaMoments moments_of_discs(const std::vector<Disc>& discs, const Quadrature& r
       for (int part = 0; part < parts; ++part) {
         for (std::size_t n = 0; n < rule.node.size(); ++n) {
           const double angle = ends[k] + (part + rule.node[n]) * width;
-          const double cosine = std::cos(angle), sine = std::sin(angle);
+          const double cosine = steady_cos(angle), sine = steady_sin(angle);
           const double x = disc.x + disc.radius * cosine, y = disc.y + disc.radius * sine;
           const double dy = disc.radius * cosine * width * rule.weight[n];
           const double dx = -disc.radius * sine * width * rule.weight[n];
@@ -239,9 +240,9 @@ std::vector<double> topology_changes(std::span<const ElementSphere> spheres) {
         const double c = spheres[k].radius * spheres[k].radius - to.squaredNorm() - rho * rho;
         const double amplitude = std::hypot(a, b);
         if (amplitude == 0.0 || std::abs(c) > amplitude) continue;
-        const double phase = std::atan2(b, a), half = std::acos(c / amplitude);
+        const double phase = steady_atan2(b, a), half = steady_acos(c / amplitude);
         for (const double t : {phase - half, phase + half}) {
-          heights.push_back(middle.z() + rho * (u.z() * std::cos(t) + v.z() * std::sin(t)));
+          heights.push_back(middle.z() + rho * (u.z() * steady_cos(t) + v.z() * steady_sin(t)));
         }
       }
     }
@@ -300,8 +301,8 @@ MassProperties by_slices(std::span<const ElementSphere> spheres) {
     if (b - a <= 1e-14 * size) continue;
     for (int n = 0; n < kHeightNodes; ++n) {
       const double t = over_height.node[n];
-      const double z = a + 0.5 * (b - a) * (1.0 - std::cos(kPi * t));
-      const double weight = over_height.weight[n] * 0.5 * (b - a) * kPi * std::sin(kPi * t);
+      const double z = a + 0.5 * (b - a) * (1.0 - steady_cos(kPi * t));
+      const double weight = over_height.weight[n] * 0.5 * (b - a) * kPi * steady_sin(kPi * t);
       const std::vector<Disc> discs = discs_at(spheres, z);
       if (!discs.empty()) sum.add(weight, z, moments_of_discs(discs, along_arc));
     }

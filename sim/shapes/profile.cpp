@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "sim/laws/elementary.h"
+
 namespace graintruth::sim {
 namespace {
 
@@ -195,7 +197,7 @@ std::vector<ElementSphere> chain_of_volume(int count, double aspect_ratio, doubl
   // length = 2 R + (n - 1) spacing = 2 R A; volume grows with R^3
   const double spacing = is_ball ? 0.0 : 2.0 * (aspect_ratio - 1.0) / (count - 1);
   const double of_unit = mass_properties_of_union(chain_of_spheres(count, 1.0, spacing)).volume;
-  const double radius = std::cbrt(volume / of_unit);
+  const double radius = exact_cbrt(volume / of_unit);
   return chain_of_spheres(count, radius, radius * spacing);
 }
 

@@ -5,14 +5,16 @@
 #include <numbers>
 #include <vector>
 
+#include "sim/laws/elementary.h"
+
 namespace graintruth::sim {
 namespace {
 
 double one_side(double first, double second, double distance, double partner) {
-  const double theta = std::asin((second - first) / distance);
+  const double theta = steady_asin((second - first) / distance);
   const double near = first + partner, far = second + partner;
   const double cosine = (near * near + distance * distance - far * far) / (2.0 * near * distance);
-  const double alpha = std::acos(std::clamp(cosine, -1.0, 1.0));
+  const double alpha = steady_acos(std::clamp(cosine, -1.0, 1.0));
   return 0.5 * std::numbers::pi + theta - alpha;
 }
 
@@ -54,7 +56,7 @@ SurfaceError surface_error_of(std::span<const ElementSphere> spheres) {
     error.contact_normal =
         std::max(error.contact_normal, contact_normal_error(first, second, distance, smallest));
   }
-  error.pseudo_friction = std::tan(error.contact_normal);
+  error.pseudo_friction = steady_tan(error.contact_normal);
   return error;
 }
 

@@ -298,7 +298,7 @@ void place_wall(const Wall& at_rest, double time, Wall& now) {
   }
   const double turning = motion.angular_velocity.norm();
   const Mat3 turn =
-      Eigen::AngleAxisd(turning * duration, motion.angular_velocity / turning).toRotationMatrix();
+      turn_about(motion.angular_velocity / turning, turning * duration).toRotationMatrix();
   const auto place = [&](const Vec3& point) -> Vec3 {
     return motion.pivot + moved + turn * (point - motion.pivot);
   };
