@@ -116,6 +116,23 @@ void add_step_limit(CLI::App& verb, app::CommonOptions& options) {
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53));
 }
 
+void add_executor(CLI::App& verb, app::CommonOptions& options) {
+  verb.add_option("--engine",
+                  options.engine,
+                  "What simulates: embedded, lammps, liggghts, or the command of [simulation] "
+                  "(default: as the experiment file says, else embedded)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"embedded", "lammps", "liggghts", "command"}));
+  verb.add_option(
+          "--executor",
+          options.executor,
+          "Where simulations run: threads of this machine, or the cluster's slurm (default: "
+          "as [execution] of the experiment file says, else threads); the result does not "
+          "depend on it")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"threads", "slurm"}));
+}
+
 void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status) {
   CLI::App& verb = add_verb(
       program,
@@ -128,6 +145,7 @@ void add_evaluate(CLI::App& program, app::EvaluateCommand& command, int& status)
           "--runs", command.runs, "Number of seeds (default: as in the search of calibrate)")
       ->check(CLI::Range(1, 10000));
   add_step_limit(verb, command.common);
+  add_executor(verb, command.common);
   add_common_options(verb, command.common);
   verb.callback([&] { status = run_evaluate(command); });
 }
@@ -352,6 +370,21 @@ void add_journal(CLI::App& program, app::JournalCommand& command, int& status) {
       ->required();
 }
 
+void add_run_task(CLI::App& program, app::RunTaskCommand& command, int& status) {
+  CLI::App& verb = add_verb(program,
+                            "run-task",
+                            "Run one task of a batch system (--executor slurm starts it)",
+                            "run-task out/micro/tasks/graintruth-<hash> 0");
+  verb.add_option("folder", command.folder, "Folder of a job array in the task folder")
+      ->type_name("FOLDER")
+      ->required();
+  verb.add_option("index", command.index, "Which of its tasks, from 0")
+      ->type_name("INDEX")
+      ->check(CLI::NonNegativeNumber)
+      ->required();
+  verb.callback([&] { status = run_run_task(command); });
+}
+
 // What no part of the program should let through. It is ours, and the user can only tell us.
 int refuse_fault(const std::string& what) {
   return refuse(fmt::format("a fault of this program, not of your input: {}. Please report it with "
@@ -402,6 +435,7 @@ int run(int argc, char** argv) {
   app::SimulateCommand simulate;
   app::JournalCommand journal;
   app::FitCommand fit;
+  app::RunTaskCommand run_task;
   int status = done;
 
   CLI::App& calibrate_verb =
@@ -426,6 +460,7 @@ int run(int argc, char** argv) {
                           calibrate.use_failed_tracks,
                           "Calibrate on films too whose tracking has failed");
   add_step_limit(calibrate_verb, calibrate.common);
+  add_executor(calibrate_verb, calibrate.common);
   add_common_options(calibrate_verb, calibrate.common);
   calibrate_verb.callback([&] { status = run_calibrate(calibrate); });
 
@@ -456,6 +491,7 @@ int run(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
   add_step_limit(validate_verb, validate.common);
+  add_executor(validate_verb, validate.common);
   add_common_options(validate_verb, validate.common);
   validate_verb.callback([&] { status = run_validate(validate); });
 
@@ -490,6 +526,7 @@ int run(int argc, char** argv) {
   add_annotate(program, annotate, status);
   add_fit(program, fit, status);
   add_journal(program, journal, status);
+  add_run_task(program, run_task, status);
 
   // For the build, which installs both; "" as the group keeps them out of --help
   program
@@ -534,6 +571,8 @@ int run(int argc, char** argv) {
   } catch (const datasets::InputError& error) {
     return refuse(error.what(), unusable_input);
   } catch (const calibrate::TooManyFailures& error) {
+    return refuse(error.what(), too_many_failures);
+  } catch (const calibrate::TasksFailed& error) {
     return refuse(error.what(), too_many_failures);
   } catch (const calibrate::Interrupted& error) {
     return refuse(error.what(), interrupted);

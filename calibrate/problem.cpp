@@ -149,7 +149,8 @@ void check_curves(const Experiment& experiment,
                   const Observables& observables,
                   const datasets::SceneData& scene,
                   const Engine& engine) {
-  const std::vector<std::string> known = engine.curves({.scene = scene});
+  const std::vector<std::string> known =
+      engine.curves({.scene = scene, .foreign = experiment.simulator.foreign});
   for (const auto& observable : observables.all()) {
     for (const std::string& curve : observable->curves()) {
       if (std::find(known.begin(), known.end(), curve) != known.end()) continue;
@@ -428,7 +429,7 @@ Problem plan_problem(const Experiment& experiment,
 
 void check_recordings(const Experiment& experiment, std::span<const Recording> recordings) {
   check_fit(experiment, recordings);
-  plan_problem(experiment, recordings, engine_named("embedded"));
+  plan_problem(experiment, recordings, engine_named(experiment.simulator.engine));
   const Observables observables(experiment);
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const datasets::Replicate& replicate = experiment.replicates[i];

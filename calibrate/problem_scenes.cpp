@@ -278,6 +278,7 @@ void make_scenes(std::span<const Recording> recordings, Problem& problem) {
     SimulationSpec& spec = specs[r];
     spec.engine = problem.engine->name();
     spec.engine_version = problem.engine->version();
+    if (problem.engine->is_another_program()) spec.foreign = experiment.simulator.foreign;
     spec.scene = replicate.rig.scene;
     spec.record = plan;
     plan_outline(*problem.observables, experiment, replicate, recordings[r], spec.record);

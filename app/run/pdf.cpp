@@ -1,37 +1,27 @@
 #include "app/run/pdf.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <cctype>
 #include <cstdlib>
 #include <optional>
-#include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "datasets/store/external_program.h"
 #include "datasets/store/input_error.h"
 
 namespace graintruth::app {
 
 namespace {
 
-constexpr std::chrono::seconds time_limit(60);  // a report of a calibration takes about 5 s
+constexpr double time_limit = 60.0;  // s; a report of a calibration takes about 5 s
 
 // The first of these that PATH knows.
 std::optional<std::string> find_browser() {
-  const char* path = std::getenv("PATH");
   for (const char* name : {"chromium", "chromium-browser", "google-chrome"}) {
-    std::istringstream folders(path == nullptr ? "" : path);
-    for (std::string folder; std::getline(folders, folder, ':');) {
-      const std::filesystem::path program = std::filesystem::path(folder) / name;
-      if (::access(program.c_str(), X_OK) == 0) return program.string();
-    }
+    if (const auto program = datasets::find_program(name)) return program->string();
   }
   return std::nullopt;
 }
@@ -71,45 +61,6 @@ std::string address_of(const std::filesystem::path& file) {
   return address;
 }
 
-// Runs a command in silence, its home in `home`. False when it fails or does not end in time.
-bool run_quietly(const std::vector<std::string>& command, const std::filesystem::path& home) {
-  std::vector<char*> arguments;
-  for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  std::vector<std::string> settings = {"HOME=" + home.string()};
-  for (char** entry = environ; *entry != nullptr; ++entry)
-    if (!std::string_view(*entry).starts_with("HOME=")) settings.emplace_back(*entry);
-  std::vector<char*> environment;
-  for (std::string& setting : settings) environment.push_back(setting.data());
-  environment.push_back(nullptr);
-
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // to end it with its children
-  pid_t child = 0;
-  const int refused = posix_spawn(
-      &child, command.front().c_str(), &files, &attributes, arguments.data(), environment.data());
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (refused != 0) return false;
-
-  const auto deadline = std::chrono::steady_clock::now() + time_limit;
-  int status = 0;
-  while (::waitpid(child, &status, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() > deadline) {
-      ::kill(-child, SIGKILL);
-      ::waitpid(child, &status, 0);
-      return false;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 }  // namespace
 
 void print_pdf(const std::filesystem::path& page, const std::filesystem::path& pdf) {
@@ -135,7 +86,10 @@ void print_pdf(const std::filesystem::path& page, const std::filesystem::path& p
                                       address_of(page)};
   // Chromium does not sandbox for root; the page is ours and its policy forbids the network
   if (::geteuid() == 0) command.insert(command.begin() + 1, "--no-sandbox");
-  const bool printed = run_quietly(command, scratch.path()) &&
+  const bool printed = datasets::run_external({.words = command,
+                                               .environment = {{"HOME", scratch.path().string()}},
+                                               .time_limit = time_limit})
+                           .succeeded() &&
                        std::filesystem::exists(unfinished) &&
                        std::filesystem::file_size(unfinished) > 0;
   std::error_code error;
@@ -148,7 +102,7 @@ void print_pdf(const std::filesystem::path& page, const std::filesystem::path& p
                     "report.html in a browser and print it.",
                     pdf.string(),
                     *browser,
-                    time_limit.count()));
+                    time_limit));
   }
 }
 

@@ -132,6 +132,14 @@ void write_run_record(const datasets::RunFolder& folder,
                       const datasets::Experiment& experiment,
                       const RunRecord& record) {
   Json configuration = configuration_json(experiment);
+  const datasets::Simulator& simulator = experiment.simulator;
+  if (const calibrate::Engine& engine = calibrate::engine_named(simulator.engine);
+      record.compares && engine.is_another_program()) {
+    configuration["simulation"] = {{"engine", simulator.engine},
+                                   {"version", engine.version()},
+                                   {"command", simulator.foreign.command},
+                                   {"ranks", simulator.foreign.ranks}};
+  }
   if (record.compares) add_comparison(experiment, configuration);
   Json stages = Json::array();
   for (const calibrate::StageTime& stage : record.stages) {

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "app/run/interrupt.h"
+#include "app/run/programs.h"
 #include "calibrate/result/result_files.h"
 #include "datasets/store/fingerprint.h"
 #include "datasets/store/input_error.h"
@@ -40,18 +41,41 @@ Session::Session(const std::string& verb,
       start_(std::chrono::steady_clock::now()),
       experiment_(std::move(experiment)),
       held_(folder_for(options, experiment_), verb, options.quiet) {
+  if (!options.engine.empty()) experiment_.simulator.engine = options.engine;
   record_.verb = std::move(verb);
   record_.compares = record_.verb != "track";
   // Before any film is tracked for nothing
   if (record_.verb != "track") {
     calibrate::complete_particle(experiment_);
-    calibrate::require_comparable(experiment_);
+    calibrate::require_comparable(experiment_, engine());
   }
   if (record_.verb != "track") look_at_journal();
   record_.started_at = utc_now();
   record_.jobs = threads_of(options);
-  executor_ = calibrate::make_executor("threads", record_.jobs);
+  if (record_.verb != "track") executor_ = make_executor();
   catch_interrupts();
+}
+
+const calibrate::Engine& Session::engine() const {
+  return calibrate::engine_named(experiment_.simulator.engine);
+}
+
+std::unique_ptr<calibrate::Executor> Session::make_executor() {
+  const datasets::Execution& execution = experiment_.execution;
+  const std::filesystem::path root = std::filesystem::absolute(folder().root).lexically_normal();
+  // Where runs share a folder, each has its own in it
+  const std::filesystem::path tasks =
+      execution.folder.empty()
+          ? root / "tasks"
+          : execution.folder / ("graintruth-tasks-" + datasets::content_hash(root.string()));
+  return calibrate::make_executor(
+      options_.executor.empty() ? execution.executor : options_.executor,
+      {.jobs = record_.jobs,
+       .execution = execution,
+       .folder = tasks,
+       .program = light_program(),
+       .program_version = GRAINTRUTH_VERSION,
+       .say = [this](const std::string& sentence) { progress_.say(sentence); }});
 }
 
 // What an earlier run left is looked at before anything is tracked or simulated on top of it.
@@ -119,7 +143,7 @@ std::vector<std::string> Session::write_measured() {
 
 calibrate::Problem Session::problem() {
   const Measurable own = measurable();
-  calibrate::Problem problem = calibrate::make_problem(own.experiment, own.recordings);
+  calibrate::Problem problem = calibrate::make_problem(own.experiment, own.recordings, engine());
   calibrate::write_measured(folder(), own.experiment, own.recordings);
   films_.warnings.insert(films_.warnings.end(), problem.warnings.begin(), problem.warnings.end());
   const std::vector<datasets::Warning> doubts =
@@ -129,7 +153,11 @@ calibrate::Problem Session::problem() {
 }
 
 calibrate::EngineOptions Session::engine_options() const {
-  return {.step_limit = options_.step_limit, .stop = is_interrupted};
+  return {.step_limit = options_.step_limit,
+          .stop = is_interrupted,
+          .time_limit = experiment_.simulator.time_limit,
+          .scratch = folder().root / "scratch",
+          .folder = std::filesystem::absolute(experiment_.file).parent_path()};
 }
 
 std::unique_ptr<calibrate::Ensemble> Session::ensemble_of(

@@ -41,6 +41,7 @@ class Session {
                                                               calibrate::Journal& journal);
   calibrate::Executor& executor() { return *executor_; }
   calibrate::EngineOptions engine_options() const;
+  const calibrate::Engine& engine() const;
 
   // What must be said of the films goes after what is said of the calibration; but before all else
   // what puts a replicate in doubt.
@@ -72,6 +73,7 @@ class Session {
   };
   Measurable measurable();
   void look_at_journal();
+  std::unique_ptr<calibrate::Executor> make_executor();
   std::unique_ptr<calibrate::Ensemble> ensemble_of(
       const calibrate::Problem& problem,
       std::span<const std::size_t> scenes,

@@ -393,7 +393,7 @@ void estimate(const CheckCommand& command,
                         space.from_unit(std::vector<double>(space.dimension(), 0.5)),
                         share * options.largest_time_step_fraction,
                         command.common.seed);
-    spec.record.tracks = true;  // to see where grains end
+    if (!problem.engine->is_another_program()) spec.record.tracks = true;  // where grains end
     return spec;
   };
   // Nothing where it takes too long
@@ -401,8 +401,10 @@ void estimate(const CheckCommand& command,
     const auto deadline = std::chrono::steady_clock::now() + trial_time_limit;
     std::optional<calibrate::EngineRun> run;
     try {
-      run = problem.engine->run(
-          spec, {.stop = [&] { return std::chrono::steady_clock::now() > deadline; }});
+      run =
+          problem.engine->run(spec,
+                              {.stop = [&] { return std::chrono::steady_clock::now() > deadline; },
+                               .folder = std::filesystem::absolute(experiment.file).parent_path()});
     } catch (const calibrate::Interrupted&) {
     }
     return run;
@@ -439,6 +441,10 @@ void estimate(const CheckCommand& command,
     check_walls(problem, recordings, spec.scene, *trial->recording.tracks, findings);
 }
 
+const calibrate::Engine& engine_of(const Experiment& experiment) {
+  return calibrate::engine_named(experiment.simulator.engine);
+}
+
 // Whether what is simulated is known before films are tracked.
 bool is_start_known(const Experiment& experiment) {
   return experiment.rig.begins_from != BeginsFrom::mean_of_replicates ||
@@ -456,7 +462,7 @@ Findings look_at(const CheckCommand& command,
   Findings findings;
   calibrate::complete_particle(experiment);
   print_what(experiment);
-  findings.try_to([&] { calibrate::require_comparable(experiment); });
+  findings.try_to([&] { calibrate::require_comparable(experiment, engine_of(experiment)); });
   findings.try_to(
       [&] { calibrate::require_repeats(experiment, calibrate::conditions_of(experiment)); });
   findings.try_to([&] {
@@ -479,9 +485,9 @@ Findings look_at(const CheckCommand& command,
         "no [[start]] is given\n");
   } else if (findings.missing.empty()) {
     findings.try_to([&] {
-      const calibrate::Problem problem = is_all_given
-                                             ? calibrate::make_problem(experiment, recordings)
-                                             : calibrate::plan_problem(experiment, recordings);
+      const calibrate::Problem problem =
+          is_all_given ? calibrate::make_problem(experiment, recordings, engine_of(experiment))
+                       : calibrate::plan_problem(experiment, recordings, engine_of(experiment));
       if (is_all_given) findings.doubt_first(calibrate::foreign_replicates(problem, recordings));
       for (const datasets::Warning& warning : problem.warnings)
         findings.doubtful.push_back(warning.text);

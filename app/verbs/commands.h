@@ -19,6 +19,8 @@ struct CommonOptions {
   bool quiet = false;
   bool json = false;
   std::int64_t step_limit = 0;  // of a simulation that is compared; 0: the engine's own
+  std::string engine;           // that simulates; empty: as the experiment file says
+  std::string executor;         // where simulations run; empty: as the experiment file says
   std::string command_line;     // as typed, for run.json
 };
 
@@ -125,6 +127,13 @@ struct SimulateCommand {
   bool ovito = false;
 };
 int run_simulate(const SimulateCommand& command);
+
+// One task of a batch system. Users never type it.
+struct RunTaskCommand {
+  std::filesystem::path folder;  // of one job array
+  int index = 0;
+};
+int run_run_task(const RunTaskCommand& command);
 
 enum class JournalAction { list, show, export_rows, drop, merge };
 struct JournalCommand {

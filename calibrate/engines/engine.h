@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -35,6 +36,10 @@ struct EngineOptions {
   // otherwise.
   std::int64_t step_limit = 0;
   std::function<bool()> stop;  // asked now and then; true: throw Interrupted
+  // Of engines that are other programs
+  double time_limit = 0.0;        // s, as step_limit; 0: none
+  std::filesystem::path scratch;  // for their files; empty: the system's folder for such
+  std::filesystem::path folder;   // that a command's files are looked for in
 };
 
 struct Interrupted : std::runtime_error {
@@ -47,6 +52,8 @@ class Engine {
   virtual std::string_view name() const = 0;
   // Changes whenever the engine gives other numbers for the same spec.
   virtual std::string version() const = 0;
+  // Whether [simulation] says more of it than its name.
+  virtual bool is_another_program() const { return false; }
   // What it can record of the spec's scene beside tracks and discharge: the names of all curves.
   virtual std::vector<std::string> curves(const SimulationSpec& spec) const = 0;
   // The largest fraction of the Rayleigh step that gives every contact of the spec enough steps.

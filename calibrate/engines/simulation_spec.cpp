@@ -7,6 +7,16 @@
 #include "datasets/store/fingerprint.h"
 #include "datasets/store/trajectory_archive.h"
 
+namespace graintruth::datasets {
+
+template <class Archive>
+void list_fields(Archive& archive, ForeignEngine& foreign) {
+  auto& [command, command_hash, curves, ranks] = foreign;
+  archive("command", command)("command_hash", command_hash)("curves", curves)("ranks", ranks);
+}
+
+}  // namespace graintruth::datasets
+
 namespace graintruth::calibrate {
 
 template <class Archive>
@@ -30,10 +40,18 @@ void list_fields(Archive& archive, RecordPlan& plan) {
 
 template <class Archive>
 void list_fields(Archive& archive, SimulationSpec& spec) {
-  auto& [engine, engine_version, parameters, time_step_fraction, seed, scene, start, record] = spec;
+  auto& [engine,
+         engine_version,
+         parameters,
+         time_step_fraction,
+         seed,
+         scene,
+         start,
+         record,
+         foreign] = spec;
   archive("engine", engine)("engine_version", engine_version)("parameters", parameters);
   archive("time_step_fraction", time_step_fraction)("seed", seed)("scene", scene);
-  archive("start", start)("record", record);
+  archive("start", start)("record", record)("foreign", foreign);
 }
 
 std::string to_text(const SimulationSpec& spec) { return datasets::to_json(spec).dump(); }
@@ -63,6 +81,7 @@ SpecParts parts_of(const SimulationSpec& spec) {
     parts[name == names.end() ? "rig" : name->second][key] = value;
   }
   parts["the program's numbers"] = {json["engine"], json["engine_version"]};
+  if (json.contains("foreign")) parts["the program's numbers"].push_back(json["foreign"]);
   parts["starting poses"] = json["start"];
   parts["what is recorded"] = json["record"];
   // 2. Hashes

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "datasets/experiment/simulator.h"
 #include "datasets/parameters/parameter_set.h"
 #include "datasets/scene/scene_file.h"
 #include "datasets/store/outline.h"
@@ -43,6 +44,7 @@ struct SimulationSpec {
   datasets::SceneData scene;
   FilmedStart start;
   RecordPlan record;
+  std::optional<datasets::ForeignEngine> foreign = {};  // of an engine that is another program
 };
 
 // Throws std::invalid_argument that names the field where the text is no spec.

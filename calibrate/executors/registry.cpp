@@ -25,14 +25,18 @@ std::vector<const ExecutorKind*>& all() {
 
 void make_known(const ExecutorKind& kind) { all().push_back(&kind); }
 
-std::unique_ptr<Executor> make_executor(std::string_view name, int jobs) {
+std::unique_ptr<Executor> make_executor(std::string_view name, const ExecutorSetup& setup) {
   std::vector<std::string_view> names;
   for (const ExecutorKind* kind : all()) {
-    if (kind->name == name) return kind->make(jobs);
+    if (kind->name == name) return kind->make(setup);
     names.push_back(kind->name);
   }
   throw datasets::InputError(fmt::format(
       "There is no executor '{}'; the executors are {}.", name, fmt::join(names, ", ")));
+}
+
+std::unique_ptr<Executor> make_executor(std::string_view name, int jobs) {
+  return make_executor(name, ExecutorSetup{.jobs = jobs});
 }
 
 }  // namespace graintruth::calibrate

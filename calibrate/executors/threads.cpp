@@ -57,7 +57,8 @@ class Threads final : public Executor {
 }  // namespace
 
 extern constinit const ExecutorKind threads_executor{
-    .name = "threads",
-    .make = [](int jobs) -> std::unique_ptr<Executor> { return std::make_unique<Threads>(jobs); }};
+    .name = "threads", .make = [](const ExecutorSetup& setup) -> std::unique_ptr<Executor> {
+      return std::make_unique<Threads>(setup.jobs);
+    }};
 
 }  // namespace graintruth::calibrate

@@ -300,6 +300,10 @@ Experiment read_experiment(const AnnotatedFile& annotated,
   experiment.measurement = read_measurement(root.optional_section("measure"), experiment.rig);
   if (auto section = root.optional_section("tune"))
     read_tuned(*section, std::array{&std::as_const(experiment.rig.scene)}, experiment);
+  if (auto section = root.optional_section("execution"))
+    experiment.execution = read_execution(*section, folder);
+  if (auto section = root.optional_section("simulation"))
+    experiment.simulator = read_simulator(*section, folder);
   root.finish();
   return experiment;
 }

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "datasets/experiment/camera.h"
+#include "datasets/experiment/execution.h"
 #include "datasets/experiment/particle.h"
+#include "datasets/experiment/simulator.h"
 #include "datasets/imports/track_files.h"
 #include "datasets/parameters/parameter_set.h"
 #include "datasets/rigs/rig.h"
@@ -125,6 +127,8 @@ struct Experiment {
   std::vector<TunedParameter> tuned;
   TimeStepRule time_step_rule = TimeStepRule::gate;
   ObjectiveForm objective = ObjectiveForm::smooth;
+  Execution execution;
+  Simulator simulator;
 };
 
 // The name that an experiment file gives to its run: its stem, or that of its folder where the file

@@ -123,6 +123,9 @@ JointExperiment load_joint_experiment(const std::filesystem::path& file) {
   std::vector<const SceneData*> scenes;
   for (const JointPart& part : joint.parts) scenes.push_back(&part.experiment.rig.scene);
   read_tuned(root.section("tune"), scenes, joint.common);
+  joint.common.execution = {};
+  if (auto section = root.optional_section("execution"))
+    joint.common.execution = read_execution(*section, file.parent_path());
   root.finish();
   for (JointPart& part : joint.parts) {
     part.experiment.part_of = title;

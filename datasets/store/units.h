@@ -26,6 +26,7 @@ inline constexpr std::array mass_units{Unit{"kg", 1.0}, Unit{"g", 1e-3}};
 inline constexpr std::array pressure_units{
     Unit{"pa", 1.0}, Unit{"kpa", 1e3}, Unit{"mpa", 1e6}, Unit{"gpa", 1e9}};
 inline constexpr std::array time_units{Unit{"s", 1.0}, Unit{"ms", 1e-3}};
+inline constexpr std::array time_limit_units{Unit{"s", 1.0}, Unit{"min", 60.0}, Unit{"h", 3600.0}};
 inline constexpr std::array scale_units{
     Unit{"px_per_m", 1.0}, Unit{"px_per_cm", 1e2}, Unit{"px_per_mm", 1e3}};
 inline constexpr std::array pixel_units{Unit{"px", 1.0}};

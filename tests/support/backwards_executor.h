@@ -19,7 +19,8 @@ class Backwards final : public calibrate::Executor {
 };
 
 inline constexpr calibrate::ExecutorKind backwards{
-    .name = "backwards", .make = [](int) -> std::unique_ptr<calibrate::Executor> {
+    .name = "backwards",
+    .make = [](const calibrate::ExecutorSetup&) -> std::unique_ptr<calibrate::Executor> {
       return std::make_unique<Backwards>();
     }};
 
