@@ -31,8 +31,7 @@ int run_track(const TrackCommand& command) {
                  reports::number(film, {"outline", "sigma_mm"}),
                  100.0 * reports::number(film, {"outline", "share_of_columns_seen"}));
     } else {
-      fmt::print("{:.2f} % of all poses found, ",
-                 100.0 * reports::number(film, {"completeness"}));
+      fmt::print("{:.2f} % of all poses found, ", 100.0 * reports::number(film, {"completeness"}));
     }
     if (const double rms = reports::number(film, {"calibration_rms_mm"}); std::isfinite(rms))
       fmt::print("calibration {:.3f} mm rms, ", rms);

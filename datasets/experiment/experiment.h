@@ -47,13 +47,13 @@ struct Replicate {
   std::string name;  // stem of the file unless given
   // One of the first three at most; one of all at least
   std::filesystem::path video;
-  std::filesystem::path tracks;       // see track_files.h
-  std::filesystem::path outline;      // see outline.h
-  std::filesystem::path discharge;    // see discharge_curve.h
-  std::filesystem::path curves;       // see curve_files.h
-  Eye eye;                            // from where the file of an outline was seen
-  TrackSource source;                 // how the file of tracks is meant; event_time of all files
-  std::optional<double> frame_rate;   // Hz, where it is not the camera's
+  std::filesystem::path tracks;      // see track_files.h
+  std::filesystem::path outline;     // see outline.h
+  std::filesystem::path discharge;   // see discharge_curve.h
+  std::filesystem::path curves;      // see curve_files.h
+  Eye eye;                           // from where the file of an outline was seen
+  TrackSource source;                // how the file of tracks is meant; event_time of all files
+  std::optional<double> frame_rate;  // Hz, where it is not the camera's
   // As Camera::noted_event_time, of this film alone
   std::optional<double> noted_event_time;
   Rig rig;                            // as it was for this replicate

@@ -118,8 +118,7 @@ std::vector<Replicate> read_replicates(TomlSection& root,
                    fmt::format("makes a second replicate called '{}'", replicate.name));
     }
     replicate.frame_rate = section.optional_quantity("frame_rate", rate_units, positive);
-    replicate.noted_event_time =
-        section.optional_quantity("noted_event", time_units, not_negative);
+    replicate.noted_event_time = section.optional_quantity("noted_event", time_units, not_negative);
     if (replicate.noted_event_time && replicate.video.empty()) {
       section.fail(section.key_of("noted_event", time_units),
                    "is only known of films; of tracks and curves write event_s");

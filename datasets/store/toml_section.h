@@ -38,7 +38,8 @@ class TomlFile {
   using NameInList = std::function<std::string(std::string_view key, TomlSection& table)>;
   // Adds what another file states of the same tables. Sentences about its keys name that file and
   // its lines. A key of both must have one value. Tables of a list are the same where they have one
-  // name; other lists stand in one of the files. Throws InputError where both contradict each other.
+  // name; other lists stand in one of the files. Throws InputError where both contradict each
+  // other.
   void include(const std::filesystem::path& other, const NameInList& name_in_list);
 
  private:

@@ -1,5 +1,5 @@
-// When a film begins to change, told by its pictures alone: a suggestion before anything is known of
-// scale and grains.
+// When a film begins to change, told by its pictures alone: a suggestion before anything is known
+// of scale and grains.
 #pragma once
 
 #include <optional>

@@ -10,8 +10,8 @@
 #include "tracking/drawing/overlay.h"
 #include "tracking/film/video.h"
 #include "tracking/registry.h"
-#include "tracking/view/mask.h"
 #include "tracking/view/film_camera.h"
+#include "tracking/view/mask.h"
 
 namespace graintruth::tracking {
 
