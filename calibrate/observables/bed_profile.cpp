@@ -103,7 +103,9 @@ BedProfile profile_at(const Outline& outline, std::size_t moment, const Situatio
     profile.z.push_back(z);
     profile.sigma.push_back(sigma);
   }
-  if (anything) tell_floor(floor_of(situation), situation.particle.diameter, profile);
+  // In a drum the shell is below the bed everywhere, and no floor is seen
+  if (anything && !situation.rig.seen_outline->drum)
+    tell_floor(floor_of(situation), situation.particle.diameter, profile);
   return profile;
 }
 

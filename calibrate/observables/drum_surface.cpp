@@ -25,10 +25,13 @@ class DrumSurface final : public Observable {
 
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
-                  const Channel*) const override {
+                  const Channel* like) const override {
     if (!recording.outline || recording.outline->column.size() < 2) return {};
     const auto surface = steady_surface(*recording.outline, situation);
-    if (!surface) return {};
+    if (!surface) {
+      if (!like || !like->is_known()) return {};
+      return {.values = std::vector<double>(like->values.size(), std::nan(""))};
+    }
     Channel channel{.values = surface->mean};
     for (const double sd : surface->sd)
       channel.errors.push_back(sd / std::sqrt(surface->independent));

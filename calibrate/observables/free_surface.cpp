@@ -23,9 +23,14 @@ class FreeSurface final : public Observable {
 
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
-                  const Channel*) const override {
+                  const Channel* like) const override {
     const auto profile = profile_at_rest(recording, situation);
-    if (!profile || !apex_of(*profile)) return {};
+    if (!profile || !apex_of(*profile)) {
+      // Of a simulation all grains have left what is looked at
+      if (!like || !like->is_known()) return {};
+      return {.values =
+                  std::vector<double>(like->values.size(), situation.rig.seen_outline->floor_z)};
+    }
     Channel channel{.values = profile->z};
     if (!recording.outline->sigma.empty()) channel.errors = profile->sigma;
     return channel;

@@ -24,7 +24,7 @@ class FrontPosition final : public Observable {
   // there.
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
-                  const Channel*) const override {
+                  const Channel* like) const override {
     const auto& outline = recording.outline;
     if (!outline || outline->time.empty() || outline->column.size() < 2) return {};
     Channel channel;
@@ -38,6 +38,7 @@ class FrontPosition final : public Observable {
       channel.values.push_back(foot_of(profile, Side::right, situation) -
                                foot_of(profile, Side::left, situation) - first_width(situation));
     }
+    if (like && like->is_known()) return channel;
     if (std::none_of(channel.values.begin(), channel.values.end(), [](double value) {
           return std::isfinite(value);
         })) {

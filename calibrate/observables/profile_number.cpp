@@ -10,7 +10,7 @@ std::unique_ptr<Rule> ProfileNumber::rule(const RuleParts& parts) const {
   return std::make_unique<PooledRule>(
       of->channel,
       ChannelShape{},
-      [](const Channel&) { return std::vector<double>{0.0}; },
+      [](const Channel&) { return std::vector<double>{at_rest}; },
       *parts.layout,
       std::move(of->replicates));
 }

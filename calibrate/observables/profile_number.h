@@ -16,13 +16,15 @@ class ProfileNumber : public Observable {
     std::map<std::string, std::vector<double>> details = {};
   };
 
+  // A simulation whose bed has spread so far that it does not tell it counts as one in which
+  // nothing moves.
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
-                  const Channel*) const override {
+                  const Channel* like) const override {
     const auto profile = profile_at_rest(recording, situation);
-    if (!profile || !apex_of(*profile)) return {};
-    const std::optional<Value> read = read_off(*profile, situation);
-    if (!read) return {};
+    std::optional<Value> read;
+    if (profile && apex_of(*profile)) read = read_off(*profile, situation);
+    if (!read) return like && like->is_known() ? Channel{.values = {at_rest}} : Channel{};
     return {.values = {read->value}, .errors = {read->error}, .details = read->details};
   }
   bool needs_outline() const override { return true; }
@@ -30,6 +32,8 @@ class ProfileNumber : public Observable {
   std::string lacking_words() const override { return lacking_outline; }
 
  protected:
+  static constexpr double at_rest = 0.0;
+
   // Nothing where the profile does not tell it.
   virtual std::optional<Value> read_off(const BedProfile& profile,
                                         const Situation& situation) const = 0;

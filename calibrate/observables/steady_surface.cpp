@@ -48,18 +48,23 @@ double standard_error(std::span<const double> values) {
          std::sqrt(correlation_length(values) / static_cast<double>(values.size()));
 }
 
-// The angle of a line through the middle half of the width; NaN where any of it is hidden.
+// The angle of a line through the middle half of the width; NaN where less than half of that is
+// seen.
 double slope_of(const BedProfile& profile, double width) {
-  double n = 0.0, x_sum = 0.0, z_sum = 0.0, xx = 0.0, xz = 0.0;
+  double n = 0.0, hidden = 0.0, x_sum = 0.0, z_sum = 0.0, xx = 0.0, xz = 0.0;
   for (std::size_t i = 0; i < profile.x.size(); ++i) {
     if (std::abs(profile.x[i]) > 0.5 * middle_half * width) continue;
-    if (std::isnan(profile.z[i])) return nan;
+    if (std::isnan(profile.z[i])) {
+      hidden += 1.0;
+      continue;
+    }
     n += 1.0;
     x_sum += profile.x[i];
     z_sum += profile.z[i];
     xx += profile.x[i] * profile.x[i];
     xz += profile.x[i] * profile.z[i];
   }
+  if (n < 2.0 || n < hidden) return nan;
   return std::atan((n * xz - x_sum * z_sum) / (n * xx - x_sum * x_sum));
 }
 

@@ -13,6 +13,10 @@
 #include "datasets/store/table.h"
 
 namespace graintruth::calibrate {
+
+extern const ObservableKind free_surface_kind, angle_of_repose_kind, final_height_kind,
+    run_out_kind;
+
 namespace {
 
 constexpr double grain = 0.004;  // m
@@ -130,6 +134,26 @@ TEST(BedProfile, OfNothingSeenIsNothing) {
   const BedProfile profile = profile_at(outline_of([](double) { return 0.0; }), 0, situation());
   EXPECT_FALSE(apex_of(profile));
   EXPECT_FALSE(flank_of(profile, Side::left, situation()));
+}
+
+// Without friction a bed spreads until nothing of it is seen, or no flank is left. A film that does
+// not tell has nothing to compare; a simulation is compared all the same.
+TEST(BedProfile, OfASimulationThatDoesNotTellIsThatOfAnEmptyFloor) {
+  datasets::Experiment experiment;
+  experiment.rig = situation().rig;
+  datasets::Recording heap, nothing;
+  heap.outline = outline_of(two_slopes);
+  nothing.outline = outline_of([](double) { return 0.0; });
+  for (const ObservableKind* kind :
+       {&free_surface_kind, &angle_of_repose_kind, &final_height_kind, &run_out_kind}) {
+    const auto observable = kind->make(experiment, nullptr);
+    const Channel like = observable->measure(heap, situation());
+    ASSERT_TRUE(like.is_known()) << kind->name;
+    EXPECT_FALSE(observable->measure(nothing, situation()).is_known()) << kind->name;
+    EXPECT_EQ(observable->measure(nothing, situation(), &like).values,
+              std::vector<double>(like.values.size(), 0.0))
+        << kind->name;
+  }
 }
 
 // The profiles of three heaps of another program, and the angles that it reads off them at a

@@ -22,7 +22,10 @@ SimulationSpec full_spec() {
   spec.seed = 7;
   spec.scene = datasets::load_scene(GRAINTRUTH_SOURCE_DIR "/datasets/scenes/box_3d.toml");
   spec.start = {{{0.1, 0.2, 0.3}}, {0.01, 0.02, 0.03}};
-  spec.record = {true, {"wall_force_floor_z_n"}};
+  spec.scene.fill.jitter = 0.001;
+  spec.scene.fill.body_centred = false;
+  spec.scene.fill.within = datasets::SceneRoom{{0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, 0.5};
+  spec.record = {true, {"wall_force_floor_z_n"}, OutlinePlan{{0.1, 0.2}, {0.1, 0.2, 0.3}}};
   return spec;
 }
 
@@ -49,6 +52,21 @@ TEST(SimulationSpec, AnyFieldChangedAloneChangesTheFingerprint) {
     ++changed;
   }
   EXPECT_GT(changed, 80);
+}
+
+// What came later and is not asked for stands in no text, so that older fingerprints stay.
+TEST(SimulationSpec, WhatIsNotAskedForIsNotWritten) {
+  SimulationSpec spec = full_spec();
+  const std::string whole = to_text(spec);
+  spec.record.outline.reset();
+  spec.scene.fill.jitter.reset();
+  spec.scene.fill.body_centred.reset();
+  spec.scene.fill.within.reset();
+  const std::string text = to_text(spec);
+  for (const char* key : {"\"outline\"", "\"jitter_m\"", "\"body_centred\"", "\"within\""}) {
+    EXPECT_NE(whole.find(key), std::string::npos) << key;
+    EXPECT_EQ(text.find(key), std::string::npos) << key;
+  }
 }
 
 // A plate's thickness is in its moments of inertia, and these are in the fingerprint.

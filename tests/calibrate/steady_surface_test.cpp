@@ -85,6 +85,18 @@ TEST(SteadySurface, TellsThatItNeverIsSteady) {
   EXPECT_TRUE(surface->is_drifting);
 }
 
+// Beyond the bed there is the drum's empty part, not a floor at its lowest point.
+TEST(SteadySurface, EndsWhereNoGrainIsSeen) {
+  datasets::Outline outline = outline_of(wavering(100, -40.0 * degree, degree, 0.5));
+  for (std::size_t moment = 0; moment < outline.time.size(); ++moment)
+    for (std::size_t i = 0; i < outline.column.size(); ++i)
+      if (outline.column[i] > 0.04) outline.height[outline.index(moment, i)] = std::nan("");
+  const auto surface = steady_surface(outline, situation());
+  ASSERT_TRUE(surface);
+  for (std::size_t i = 0; i < surface->x.size(); ++i)
+    EXPECT_EQ(std::isnan(surface->mean[i]), surface->x[i] > 0.04) << surface->x[i];
+}
+
 TEST(SteadySurface, NeedsTwentyMoments) {
   EXPECT_FALSE(steady_surface(outline_of(wavering(19, 0.0, degree, 0.0)), situation()));
 }
