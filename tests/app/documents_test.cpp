@@ -30,7 +30,7 @@ const std::regex option_pattern("(--[a-z][a-z0-9-]+)");
 // script for the shell, which the program makes from the definition of its command line.
 std::map<std::string, Words> options_of_program() {
   const std::string script = run_program({"--print-bash-completion"}).out;
-  const std::regex line("\"([a-z ]*)\"\\) words=\"([^\"]*)\"");
+  const std::regex line("\"([a-z -]*)\"\\) words=\"([^\"]*)\"");
   std::map<std::string, Words> options;
   for (std::sregex_iterator at(script.begin(), script.end(), line), end; at != end; ++at) {
     const std::string path = (*at)[1];
