@@ -7,11 +7,11 @@
 #include <kainjow/mustache.hpp>
 #include <numbers>
 
-#include "app/export/engine_laws.h"
 #include "app/export/exported_run.h"
 #include "app/run/assets.h"
 #include "app/run/made_folders.h"
 #include "app/verbs/commands.h"
+#include "calibrate/engines/engine_laws.h"
 #include "datasets/imports/track_files.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/store/input_error.h"
@@ -159,10 +159,10 @@ void set_rebound(data& values, const ExportedRun& run, const Rebound& rebound) {
   const double asked = run.restitution();
   values.set("rebound", four_digits(rebound(asked, 1)));
   values.set("rebound_of_two", four_digits(rebound(asked, 2)));
-  const auto better = restitution_to_ask([&](double e) { return rebound(e, 1); }, asked);
+  const auto better = calibrate::restitution_to_ask([&](double e) { return rebound(e, 1); }, asked);
   values.set("restitution_to_ask", better ? data(four_digits(*better)) : data(false));
-  const auto between =
-      restitution_to_ask([&](double e) { return rebound(e, 1); }, run.parameter("restitution"));
+  const auto between = calibrate::restitution_to_ask([&](double e) { return rebound(e, 1); },
+                                                     run.parameter("restitution"));
   values.set("restitution_to_ask_of_particles",
              between ? data(four_digits(*between)) : data(false));
   values.set("rebound_of_two_to_ask", better ? four_digits(rebound(*better, 2)) : "");
@@ -245,16 +245,16 @@ Files engine_files(const std::string& target, const datasets::RunFolder& folder)
     }
     engine = "LIGGGHTS";
     names = {"particle.in", "contact.in", "drop.in"};
-    set_rebound(values, run, liggghts_rebound);
+    set_rebound(values, run, calibrate::liggghts_rebound);
   } else if (target == "lammps") {
     engine = "LAMMPS";
     names = {"particle.mol", "contact.in", "drop.in"};
-    set_rebound(values, run, lammps_rebound);
+    set_rebound(values, run, calibrate::lammps_rebound);
   } else {
     engine = "YADE";
     names = {"particle.py", "drop.py"};
     set_rebound(values, run, [share](double restitution, int contacts) {
-      return yade_rebound(restitution, contacts, share);
+      return calibrate::yade_rebound(restitution, contacts, share);
     });
   }
   std::string templates;

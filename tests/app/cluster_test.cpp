@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -13,6 +15,7 @@
 #include "calibrate/executors/run_task.h"
 #include "calibrate/executors/slurm_queue.h"
 #include "calibrate/executors/task_folder.h"
+#include "datasets/store/fingerprint.h"
 #include "datasets/store/input_error.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -292,6 +295,40 @@ TEST_F(Task, RefusesANodeWithOtherBits) {
   manifest_.canary_bits = "other";
   expect_refusal(outcome(), "gives other bits for the known simulation");
   EXPECT_EQ(files_of(setup_.folder / "refused").size(), 1U);
+}
+
+// --- Another processor
+
+// What the C library gives for many numbers; run by the next test, with and without its mask.
+TEST(Processor, PrintsWhatTheCLibraryGives) {
+  std::string values;
+  for (int i = 1; i <= 200000; ++i) {
+    const double x = 1e-4 * i;
+    for (const double value : {std::exp(x), std::log(x), std::sin(x), std::cos(x)})
+      values.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  std::printf("libm %s\n", datasets::content_hash(values).c_str());
+}
+
+TEST_F(Task, GivesTheSameBitsWithoutFusedMultiplyAdd) {
+  const auto of_the_library = [] {
+    const std::string out =
+        run_program({"--gtest_filter=Processor.PrintsWhatTheCLibraryGives"}, "/proc/self/exe").out;
+    return out.substr(out.find("libm "), 37);
+  };
+  const std::string usual = of_the_library();
+  ::setenv("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX2,-FMA", 1);
+  const std::string masked = of_the_library();
+  manifest_.canary = to_text(canary_spec());
+  manifest_.canary_bits = bits_of(engine_named("embedded").run(canary_spec(), {}));
+  const tests::ProgramOutcome task = outcome();
+  ::unsetenv("GLIBC_TUNABLES");
+  EXPECT_NE(usual, masked) << "the mask does nothing here, so this test shows nothing";
+  EXPECT_EQ(task.status, 0) << task.err;
+  std::string complaint;
+  const auto result = read_result(setup_.folder / "done" / key_, key_, complaint);
+  ASSERT_TRUE(result) << complaint;
+  EXPECT_EQ(bits_of(result->run), bits_of(engine_named("embedded").run(tasks_.front().spec, {})));
 }
 
 // --- What Slurm prints

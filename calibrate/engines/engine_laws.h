@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 // Rebound speed over impact speed of a particle that meets a wall with `contacts` equal contacts at
 // once.
@@ -18,4 +18,4 @@ double yade_rebound(double restitution, int contacts, double mass_share);
 std::optional<double> restitution_to_ask(const std::function<double(double)>& rebound,
                                          double wanted);
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate

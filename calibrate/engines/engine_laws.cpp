@@ -1,10 +1,10 @@
-#include "app/export/engine_laws.h"
+#include "calibrate/engines/engine_laws.h"
 
 #include <cmath>
 
 #include "sim/laws/restitution.h"
 
-namespace graintruth::app {
+namespace graintruth::calibrate {
 
 namespace {
 
@@ -56,4 +56,4 @@ std::optional<double> restitution_to_ask(const std::function<double(double)>& re
   return 0.5 * (low + high);
 }
 
-}  // namespace graintruth::app
+}  // namespace graintruth::calibrate
