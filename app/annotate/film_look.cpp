@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -31,7 +33,6 @@ constexpr std::size_t most_pictures = 24;
 struct WholeFilm {
   cv::Mat first;
   int pictures = 0;
-  int pictures_a_frame = 1;
   double rate = 0.0;                           // Hz, of pictures
   std::vector<double> moments;                 // in intervals of that rate
   std::optional<tracking::FirstChange> start;  // counted in pictures
@@ -48,20 +49,49 @@ double rate_of(const LookedAtFilm& film) {
   return tracking::as_recorded(spec, film.video).camera.frame_rate;
 }
 
+// How far pictures are from the first one where they differ most: what moves changes a small part
+// of a film, and codecs repeat pictures that hardly change.
+class Difference {
+ public:
+  double from_first(const cv::Mat& frame) {
+    constexpr double block = 1.0 / 8.0;  // blocks of 8 x 8 pixels, whose noise averages out
+    cv::Mat grey, blocks;
+    cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
+    grey.convertTo(grey, CV_32F);
+    cv::resize(grey, blocks, {}, block, block, cv::INTER_AREA);
+    if (first_.empty()) first_ = blocks;
+    const cv::Mat1f off = cv::abs(blocks - first_);
+    std::vector<float> values(off.begin(), off.end());
+    const std::size_t most = std::max<std::size_t>(1, values.size() / 200);  // half a per cent
+    std::nth_element(values.begin(),
+                     values.begin() + static_cast<std::ptrdiff_t>(most) - 1,
+                     values.end(),
+                     std::greater<>());
+    return std::accumulate(
+               values.begin(), values.begin() + static_cast<std::ptrdiff_t>(most), 0.0) /
+           static_cast<double>(most);
+  }
+
+ private:
+  cv::Mat first_;
+};
+
 WholeFilm read_film(const LookedAtFilm& film) {
   WholeFilm whole{.rate = rate_of(film)};
   tracking::VideoReader reader(film.video, whole.rate);
   cv::Mat frame;
+  Difference difference;
+  std::vector<double> changes;
   while (reader.read(frame)) {
-    if (whole.first.empty()) whole.first = frame.clone();
+    const double change = difference.from_first(frame);
+    if (whole.first.empty())
+      whole.first = frame.clone();
+    else
+      changes.push_back(change);
     whole.moments.push_back(reader.moment());
   }
   whole.pictures = reader.frames_read();
-  whole.pictures_a_frame = reader.scan() == tracking::Scan::progressive ? 1 : 2;
-  std::vector<double> changes = reader.changes();
-  if (!changes.empty()) changes.erase(changes.begin());  // nothing is before the first frame
   whole.start = tracking::find_first_change(changes);
-  if (whole.start) whole.start->picture *= whole.pictures_a_frame;
   return whole;
 }
 
@@ -137,7 +167,7 @@ Json suggestion_of(const WholeFilm& film) {
     return film.moments[static_cast<std::size_t>(std::clamp(picture, 0, film.pictures - 1))] /
            film.rate;
   };
-  const double before = at(film.start->picture - film.pictures_a_frame);
+  const double before = at(film.start->picture - 1);
   const double after = at(film.start->picture);
   return {{"frame", film.start->picture},
           {"time", 0.5 * (before + after)},

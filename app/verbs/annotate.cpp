@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <regex>
+#include <sstream>
 
 #include "app/annotate/annotation_page.h"
 #include "app/run/assets.h"
@@ -41,21 +42,38 @@ const datasets::RigKind& kind_named(const std::string& name) {
   throw InputError(fmt::format("there is no rig '{}'", name));
 }
 
+// One table of a template as it is written there, with its comments; empty where it has none.
+std::string part_of(const std::string& text, const std::string& table) {
+  std::string part, aside;  // remarks may belong to the table that follows
+  bool is_in = false;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('['))
+      is_in = line.starts_with("[" + table) || line.starts_with("[[" + table);
+    if (!is_in) {
+      aside.clear();
+      continue;
+    }
+    aside += line + "\n";
+    if (line.empty() || line.starts_with('#')) continue;
+    part += aside;
+    aside.clear();
+  }
+  return part;
+}
+
 // What the page cannot ask for: when what is compared, and what is sought.
 std::string experiment_for(const datasets::RigKind& kind) {
   const std::string_view name = kind.template_name.empty() ? kind.name : kind.template_name;
-  const auto whole = datasets::TomlFile::of_text(
-      std::string(asset(fmt::format("new/{}/experiment.toml", name))), "template");
-  datasets::TomlSection root = whole.root();
+  const std::string of_template(asset(fmt::format("new/{}/experiment.toml", name)));
   std::string text = fmt::format(
       "# What was clicked and typed on the page of graintruth annotate stands in annotation.toml "
-      "and "
-      "counts as if it stood\n# here. docs/experiment.md tells every key.\n"
+      "and counts as if it stood\n# here. docs/experiment.md tells every key.\n"
       "title = {}\n\n[camera]\nannotation = \"annotation.toml\"\n",
       quoted(fmt::format("Films of {}", kind.meaning)));
-  for (const char* part : {"measure", "tune"}) {
-    if (auto section = root.optional_section(part))
-      text += fmt::format("\n[{}]\n{}\n", part, section->text_without({}));
+  for (const char* table : {"measure", "tune"}) {
+    const std::string part = part_of(of_template, table);
+    if (!part.empty()) text += "\n" + part;
   }
   return text;
 }

@@ -153,7 +153,8 @@ TEST(Documents, ShellAndManKnowTheProgram) {
   EXPECT_TRUE(man.starts_with(".TH GRAINTRUTH 1")) << man;
   for (const auto& [verb, options] : options_of_program()) {
     if (verb.empty()) continue;
-    EXPECT_NE(man.find(".SS \"graintruth " + verb), std::string::npos) << verb;
+    const std::string title = std::regex_replace(verb, std::regex("-"), "\\-");
+    EXPECT_NE(man.find(".SS \"graintruth " + title), std::string::npos) << verb;
     for (const std::string& option : options) {
       const std::string escaped = std::regex_replace(option, std::regex("-"), "\\-");
       EXPECT_NE(man.find(".B " + escaped), std::string::npos) << option;

@@ -69,7 +69,8 @@ TEST(OtherEngines, AreNamedWhereAnEngineIsNotKnown) {
     engine_named("abacus");
     FAIL();
   } catch (const datasets::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("embedded, sliding_block"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("embedded, command, lammps, liggghts, sliding_block"),
+              std::string::npos)
         << error.what();
   }
 }

@@ -8,11 +8,11 @@
 namespace graintruth::tracking {
 
 struct FirstChange {
-  int picture = 0;         // the first that differs from the one before it as none at rest does
+  int picture = 0;         // the first that differs as none at rest does
   double certainty = 0.0;  // standard deviations of rest by which the changes exceed it
 };
 
-// `changes`: how much changes into each picture after the first, as VideoReader tells it. Nothing
+// `changes`: how far each picture after the first is from the first one, in any measure. Nothing
 // where no picture stands out after at least five at rest. One or two that stand out alone are
 // flicker, or pictures that a codec stores anew.
 std::optional<FirstChange> find_first_change(const std::vector<double>& changes);

@@ -55,6 +55,11 @@ try {
     await browser.click(...at(origin));
     spent += 3;
   }
+  if (scale !== "discs") {
+    await browser.clickOn("#click-error");
+    await browser.type("0.7");
+    await browser.key("Enter");
+  }
   if (pictures) await browser.picture(join(pictures, "scale.png"));
   seen.scale = await browser.tell("document.getElementById('scale-words')?.textContent");
 

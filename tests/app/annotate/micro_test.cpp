@@ -25,6 +25,12 @@ using Json = nlohmann::json;
 constexpr int enough = 60;  // pictures, 0.8 s of motion
 constexpr int particles = 10;
 
+// What is printed meanwhile is not shown.
+struct Quiet {
+  Quiet() { testing::internal::CaptureStdout(); }
+  ~Quiet() { testing::internal::GetCapturedStdout(); }
+};
+
 class MicroFilm : public testing::Test {
  protected:
   const std::filesystem::path micro_ =
@@ -73,7 +79,7 @@ class MicroFilm : public testing::Test {
                               const std::string& scale,
                               const Json& clicks) {
     const std::filesystem::path out = folder_ / "mine";
-    testing::internal::CaptureStdout();
+    const Quiet quiet;
     EXPECT_EQ(
         run_annotate({.common = {.out = out}, .inputs = films, .rig = "hopper_column_piston"}), 0);
     const std::filesystem::path made = folder_ / "made.toml";
@@ -87,14 +93,13 @@ class MicroFilm : public testing::Test {
                     (folder_ / "said").string())
             .c_str());
     const std::string said = datasets::read_whole(folder_ / "said");
-    EXPECT_EQ(status, 0) << said;
+    if (status != 0) throw std::runtime_error(said);
     seen_ = Json::parse(said, nullptr, false);
     EXPECT_LE(seen_["clicks"].get<int>(), 15);
     EXPECT_TRUE(seen_["messages"].empty()) << said;
     EXPECT_TRUE(seen_["requests"].empty()) << said;
     EXPECT_TRUE(seen_["red"].empty()) << said;
     EXPECT_EQ(run_annotate({.inputs = {out / "experiment.toml"}, .apply = made}), 0);
-    testing::internal::GetCapturedStdout();
     return datasets::load_experiment(
         out / "experiment.toml",
         films.size() > 1 ? datasets::Purpose::calibration : datasets::Purpose::tracking);
