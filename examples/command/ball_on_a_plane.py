@@ -6,7 +6,7 @@ import json, math, random, sys
 spec = json.load(open(sys.argv[1]))
 rolling_friction = spec["parameters"]["rolling_friction_particle_wall"]
 slope, gravity = math.radians(20), -spec["scene"]["gravity_m_per_s2"][2]
-faster = random.Random(spec["seed"]).gauss(1.0, 0.005)  # no two rolls are the same
+faster = random.Random(spec["seed"]).gauss(1.0, 0.001)  # no two rolls are the same
 acceleration = 5 / 7 * gravity * (math.sin(slope) - rolling_friction * math.cos(slope)) * faster
 time = [0.05 * i for i in range(21)]
 way = {"time_s": time, "value": [0.5 * acceleration * t * t for t in time], "sigma": []}

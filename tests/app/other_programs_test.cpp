@@ -4,9 +4,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "calibrate/calibration.h"
 #include "calibrate/engines/command.h"
-#include "datasets/imports/curve_files.h"
 #include "datasets/store/external_program.h"
 #include "datasets/store/input_error.h"
 #include "tests/support/temporary_folder.h"
@@ -14,38 +12,7 @@
 namespace graintruth::calibrate {
 namespace {
 
-namespace fs = std::filesystem;
 using tests::TemporaryFolder;
-
-const fs::path example = fs::path(GRAINTRUTH_SOURCE_DIR) / "examples/command";
-
-TEST(Command, CalibratesTheExample) {
-  if (!datasets::find_program("python3")) GTEST_SKIP() << "python3 is not installed";
-  const TemporaryFolder folder;
-  const datasets::Experiment experiment = datasets::load_experiment(example / "experiment.toml");
-  std::vector<datasets::Recording> recordings;
-  for (const datasets::Replicate& replicate : experiment.replicates)
-    recordings.push_back({.curves = datasets::read_curves(replicate.curves, 0.0)});
-  const Problem problem = make_problem(experiment, recordings, engine_named("command"));
-  Journal journal(":memory:");
-  const std::array experiments = {CalibratedExperiment{"ball", &problem}};
-  CalibrationOptions options = default_options(experiments);
-  options.budget = 20;
-  options.search_seeds = 1;
-  options.gate_seeds = 1;
-  options.confirmation_seeds = 2;
-  const EngineOptions engine_options{.scratch = folder / "scratch", .folder = example};
-  const CalibrationResult result = calibrate(
-      experiment, experiments, journal, *make_executor("threads", 2), engine_options, options);
-  ASSERT_EQ(result.calibrated.size(), 1U);
-  const CalibratedParameter& friction = result.calibrated.front();
-  EXPECT_EQ(friction.name, "rolling_friction_particle_wall");
-  EXPECT_NEAR(friction.value, 0.06, 0.003);
-  ASSERT_TRUE(friction.interval);
-  EXPECT_LT(friction.interval->lower, 0.06);
-  EXPECT_GT(friction.interval->upper, 0.06);
-  EXPECT_FALSE(fs::exists(folder / "scratch")) << "what the runs needed is left behind";
-}
 
 // What a run of a shell script gives, in place of a simulator.
 class BadCommand : public testing::Test {
