@@ -84,8 +84,7 @@ datasets::SeenOutline rig_of_heap(const toml::table& geometry, double grain) {
   return outline;
 }
 
-datasets::SeenOutline rig_of_drum(const toml::table& geometry) {
-  const double radius = 0.5 * number(*geometry["drum"].as_table(), "inner_diameter_m");
+datasets::SeenOutline drum_of(double radius) {
   datasets::SeenOutline outline{.from_x = -radius, .to_x = radius, .floor_z = -radius};
   outline.grains_after = {sector(0.6 * radius, 0.95 * radius, -125.0, -55.0)};
   outline.empty = {sector(0.3 * radius, radius, 50.0, 110.0)};
@@ -119,7 +118,8 @@ std::vector<FilmedBed> films_in(const fs::path& folder, bool is_heap) {
       bed.spec.rig.outline = rig_of_heap(geometry, grain);
       bed.lift = number(*geometry["tube"].as_table(), "lift_speed_m_s");
     } else {
-      bed.spec.rig.outline = rig_of_drum(geometry);
+      bed.spec.rig.outline =
+          drum_of(0.5 * number(*geometry["drum"].as_table(), "inner_diameter_m"));
       bed.turning = geometry["video"]["rpm"][i].value<double>().value();
     }
     films.push_back(std::move(bed));
@@ -344,7 +344,52 @@ struct Errors {
   double mean() const { return sum / n; }
   double rms() const { return std::sqrt(square / n); }
   double z_sd() const { return std::sqrt(z_square / z_n - std::pow(z_sum / z_n, 2)); }
+  Errors& operator+=(const Errors& other) {
+    n += other.n;
+    sum += other.sum;
+    square += other.square;
+    z_n += other.z_n;
+    z_sum += other.z_sum;
+    z_square += other.z_square;
+    missed += other.missed;
+    return *this;
+  }
 };
+
+// Two averaged pictures of a real powder in a drum of 84 mm that fills them. Read by hand on an
+// enlargement with a grid, before any program had read them: the angle of the line between two
+// points of the edge, 80 and 40 pixels apart about the middle.
+struct RealDrum {
+  std::string file;
+  double first_reading, second_reading;  // degrees
+};
+const std::vector<RealDrum> real_drums = {{"gd_nature_10rpm_averaged.bmp", 38.0, 38.2},
+                                          {"gd_nature_30rpm_averaged.bmp", 48.5, 49.0}};
+
+void read_real_drums(const fs::path& folder, const fs::path& pictures) {
+  constexpr double radius = 0.042, middle = 202.5;  // m, px
+  for (const RealDrum& real : real_drums) {
+    datasets::TrackingSpec spec;
+    // The powder's own grains are smaller than a pixel: these stand for many of them
+    spec.body = {.kind = "balls", .balls = {{0.0, 1e-3}}};
+    spec.camera.frame_rate = 1.0;
+    for (const auto& [x, z] : {std::pair(-1.0, 0.0), {1.0, 0.0}, {0.0, -1.0}, {0.0, 1.0}})
+      spec.camera.points.push_back(
+          {middle + middle * x, middle - middle * z, radius * x, radius * z});
+    spec.rig.outline = drum_of(radius);
+    const datasets::Film film{real.file, folder / real.file, {}, folder / "README.md"};
+    const auto tracker = tracking::make_tracker(spec, film);
+    tracking::TrackingOptions options;
+    if (!pictures.empty()) options.annotated_first = pictures / (real.file + ".png");
+    const auto tracked = tracking::track_film(*tracker, spec, film, options);
+    const datasets::Outline& outline = *tracker->outline();
+    fmt::print("{}: slope at the middle {:.2f} degrees; by hand {:.1f} and {:.1f}\n",
+               real.file,
+               drum_angle(outline.column, outline.height, 0.4 * radius),
+               real.first_reading,
+               real.second_reading);
+  }
+}
 
 }  // namespace
 
@@ -383,6 +428,7 @@ int main(int argc, char** argv) {
              "speed",
              "eye m",
              "grade");
+  std::map<std::string, Errors> pooled;
   const fs::path file =
       fs::temp_directory_path() / fmt::format("graintruth_outline_{}.avi", ::getpid());
   for (const FilmedBed& bed : beds) {
@@ -459,6 +505,7 @@ int main(int argc, char** argv) {
                          z);
           }
         }
+        pooled[fmt::format("{} {}", std::isfinite(bed.lift) ? "heaps" : "drums", name)] += errors;
         for (std::size_t k = 0; k < mean.size(); ++k) {
           mean[k] /= static_cast<double>(spheres.size());
           true_mean[k] /= static_cast<double>(spheres.size());
@@ -511,6 +558,17 @@ int main(int argc, char** argv) {
     }
   }
   fs::remove(file);
+  for (const auto& [name, errors] : pooled)
+    fmt::print("{:24} rms {:.3f} d, bias {:.3f} d, z mean {:.2f}, z sd {:.2f}, missed {}\n",
+               name,
+               errors.rms(),
+               errors.mean(),
+               errors.z_sum / errors.z_n,
+               errors.z_sd(),
+               errors.missed);
+  const fs::path real = shared.parent_path() / "real-data/granudrum-mcc";
+  if (fs::exists(real) && std::string("granudrum").find(film_part) != std::string::npos)
+    read_real_drums(real, pictures);
   datasets::write_csv(out, table);
   fmt::print("written to {}\n", out.string());
   return 0;

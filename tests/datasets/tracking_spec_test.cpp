@@ -37,7 +37,16 @@ TrackingSpec full_spec() {
   spec.rig = {.walls = {{"wall", 0.1, 0.2, 0.3, 0.4}},
               .face = MovingFace{0.1, 0.2, 0.3, -0.4},
               .box = OpenBox{0.1, 0.2, 0.05},
-              .pane_gap = 0.01};
+              .pane_gap = 0.01,
+              .outline = SeenOutline{
+                  .from_x = -0.1,
+                  .to_x = 0.1,
+                  .floor_z = 0.01,
+                  .grains_before = {{{0.1, 0.2}}},
+                  .grains_after = {{{0.3, 0.4}}},
+                  .empty = {{{0.5, 0.6}}},
+                  .mover = SeenOutline::Mover{"tube", {{0.1, 0.2}}, {0.0, 0.3}, true, 0.02},
+                  .drum = SeenOutline::Drum{{0.1, 0.2}, 0.05, 0.3}}};
   return spec;
 }
 

@@ -15,6 +15,7 @@
 #include "datasets/store/outline.h"
 #include "datasets/store/silhouette.h"
 #include "tracking/drawing/drawing.h"
+#include "tracking/event/start_of_motion.h"
 #include "tracking/median.h"
 #include "tracking/outline/colour_model.h"
 #include "tracking/outline/lift.h"
@@ -205,13 +206,12 @@ class OutlineTracker : public ParticleTracker {
     constexpr double fewest_pixels = 4.0;
     if (grain_ * scale < fewest_pixels) coarse_ = grain_ * scale;
     const double cell = width_ / cells_;
-    const int first = static_cast<int>(std::ceil(rig_.from_x / width_ - 1e-9));
-    const int last = static_cast<int>(std::floor(rig_.to_x / width_ + 1e-9));
-    if (last - first < 2)
+    columns_ = datasets::outline_columns(rig_, grain_);
+    if (columns_.size() < 4)
       throw datasets::InputError(
-          fmt::format("{}: the rig is not wider than two grains, and has no outline",
-                      film_.experiment.string()));
-    for (int k = first; k <= last; ++k) columns_.push_back(k * width_);
+          fmt::format("{}: the rig is not wider than two grains of {:.4g} mm, and has no outline",
+                      film_.experiment.string(),
+                      1e3 * grain_));
     const double left = columns_.front() - 0.5 * width_ + 0.5 * cell;
     const int across = cells_ * static_cast<int>(columns_.size());
     // Up to where the picture ends
@@ -247,8 +247,25 @@ class OutlineTracker : public ParticleTracker {
       cv::bitwise_and(domain_, inside, domain_);
       turning_watcher_.emplace(*drum, lens_, camera.region);
     }
-    if (rig_.mover && rig_.mover->drawing.size() > 2)
-      lift_watcher_.emplace(*rig_.mover, grid, lens_.position());
+    if (rig_.mover && !rig_.mover->drawing.empty())
+      lift_watcher_.emplace(with_thickness(*rig_.mover), grid, lens_.position());
+  }
+
+  // What is drawn as a line, a gate seen edge-on, is some part of a grain thick.
+  SeenOutline::Mover with_thickness(SeenOutline::Mover mover) const {
+    double left = mover.drawing.front().x(), right = left;
+    for (const Eigen::Vector2d& corner : mover.drawing) {
+      left = std::min(left, corner.x());
+      right = std::max(right, corner.x());
+    }
+    const double lacking = 0.5 * std::max(0.0, 0.5 * grain_ - (right - left));
+    const SeenOutline::Polygon line = mover.drawing;
+    if (lacking == 0.0) return mover;
+    mover.drawing.clear();
+    for (const Eigen::Vector2d& corner : line)
+      for (const double aside : {-lacking, lacking})
+        mover.drawing.emplace_back(corner.x() + aside, corner.y());
+    return mover;
   }
 
   // Pictures at equal steps through the film; whoever knows how long a film is has read it.
@@ -289,15 +306,18 @@ class OutlineTracker : public ParticleTracker {
     if (last_.number != samples_.back().number) samples_.push_back(last_);
     if (lift_watcher_) {
       lift_ = lift_watcher_->lift();
-      if (!lift_ && times_.size() > 1 && lift_watcher_->is_seen())
-        summary.warn("What is lifted off the bed was seen, but not that it moves.");
+      if (!lift_ && times_.size() > 1)
+        summary.warn(fmt::format(
+            "Nothing shows how the {} moves: neither when it began nor how fast it was is read "
+            "from the film, and grains behind it may be lost.",
+            rig_.mover->name));
     }
     if (turning_watcher_) turning_ = turning_watcher_->turning();
     const cv::Mat1b empty = inside(rig_.empty);
     noise_ = pixel_noise(last_.plane, cv::countNonZero(empty) > 100 ? empty : domain_);
     find_reference();
     learn_colours(summary);
-    for (int round = 0; round < 1; ++round) relearn_colours();
+    relearn_colours();
   }
 
   // What is behind the grains, cell by cell: as it was before the event, or as it always is.
@@ -502,10 +522,13 @@ class OutlineTracker : public ParticleTracker {
   }
 
   void tell_event(TrackingSummary& summary) {
+    std::optional<Event> seen;
+    if (lift_) seen = {lift_->start, lift_->start_sigma, lift_->speed, lift_->scatter, "lift"};
+    const Event event = start_of_a_film(seen, spec_.camera, summary);
+    summary.event_time_s = event.time;
+    summary.event_uncertainty_s = event.uncertainty;
+    summary.event_source = event.how;
     if (lift_) {
-      summary.event_time_s = lift_->start;
-      summary.event_uncertainty_s = lift_->start_sigma;
-      summary.event_source = "lift";
       add_eye_to_speed();
       tell_speed(summary,
                  "lift speed",
@@ -519,7 +542,6 @@ class OutlineTracker : public ParticleTracker {
             "worked out from its speed.");
       return;
     }
-    summary.event_source = "first frame";
     if (rig_.drum && times_.size() > 1) {
       constexpr double rpm = 60.0 / (2.0 * std::numbers::pi);
       if (turning_) {
