@@ -8,6 +8,6 @@ rolling_friction = spec["parameters"]["rolling_friction_particle_wall"]
 slope, gravity = math.radians(20), -spec["scene"]["gravity_m_per_s2"][2]
 faster = random.Random(spec["seed"]).gauss(1.0, 0.001)  # no two rolls are the same
 acceleration = 5 / 7 * gravity * (math.sin(slope) - rolling_friction * math.cos(slope)) * faster
-time = [0.05 * i for i in range(21)]
+time = [0.1 * i for i in range(11)]
 way = {"time_s": time, "value": [0.5 * acceleration * t * t for t in time], "sigma": []}
 json.dump({"version": "1", "recording": {"curves": {"way_m": way}}}, open(sys.argv[2], "w"))
