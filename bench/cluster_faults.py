@@ -177,13 +177,12 @@ def small_disk(name, free_again):
         place = write(name, grace=5, tasks=disk, set_up=["sleep 2"])
         process = start(place)
         wait_for_tasks()
-        with open(disk / "ballast", "wb") as ballast:
-            try:
-                while True:
-                    ballast.write(b"x" * 4096)
-                    ballast.flush()
-            except OSError:
-                pass
+        ballast = os.open(disk / "ballast", os.O_WRONLY | os.O_CREAT)
+        try:
+            while True:
+                os.write(ballast, b"x" * 4096)
+        except OSError:
+            os.close(ballast)
         if free_again:
             time.sleep(10)
             (disk / "ballast").unlink()
