@@ -59,6 +59,12 @@ double pixel_noise(const cv::Mat& picture, const cv::Mat1b& mask) {
   return std::hypot(median(sizes) / 0.6745 / 6.0, rounding);
 }
 
+ColourModel::Colour mean_of(const std::vector<ColourModel::Colour>& colours) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const ColourModel::Colour& colour : colours) sum += colour.cast<double>();
+  return (sum / static_cast<double>(colours.size())).cast<float>();
+}
+
 class OutlineTracker : public ParticleTracker {
  public:
   OutlineTracker(const datasets::TrackingSpec& spec, const datasets::Film& film)
@@ -410,8 +416,13 @@ class OutlineTracker : public ParticleTracker {
           film_.video.string(),
           grains.empty() ? "grains surely are" : "no grains can be"));
     confusion_ = confusion(grains, ground, grain_colours, noise_);
-    grain_model_ = ColourModel(grains, grain_colours, noise_);
-    ground_model_ = ColourModel(ground, ground_colours, noise_);
+    // Light on the same thing varies, and the pixels of an edge show some of both: colours are told
+    // apart no finer than by a fiftieth of what parts grains from ground
+    constexpr float finest = 0.02F;
+    least_width_ =
+        std::max(noise_, static_cast<double>(finest * (mean_of(grains) - mean_of(ground)).norm()));
+    grain_model_ = ColourModel(grains, grain_colours, least_width_);
+    ground_model_ = ColourModel(ground, ground_colours, least_width_);
     // One in ten pixels on the wrong side leaves the cut enough of a grain's own
     constexpr double much = 0.1;
     if (confusion_ > much)
@@ -454,8 +465,8 @@ class OutlineTracker : public ParticleTracker {
     const cv::Mat1b empty = inside(rig_.empty);
     gather(last_.plane, has_reference_, most_pixels, ground);
     gather(last_.plane, empty, most_pixels, ground);
-    grain_model_ = ColourModel(grains, grain_colours, noise_);
-    ground_model_ = ColourModel(ground, ground_colours, noise_);
+    grain_model_ = ColourModel(grains, grain_colours, least_width_);
+    ground_model_ = ColourModel(ground, ground_colours, least_width_);
   }
 
   GrainEvidence evidence_in(const cv::Mat& plane, double time) const {
@@ -463,7 +474,11 @@ class OutlineTracker : public ParticleTracker {
                            .known = cv::Mat1b(plane.size(), std::uint8_t{0}),
                            .limit = most_evidence};
     domain_.copyTo(evidence.known, hiding_at(time) == 0);
+    // As it was, or now and then (one cell in ten) as light makes of the same thing
+    const auto wide = static_cast<float>(
+        std::max(least_width_ * least_width_, static_cast<double>(reference_variance_)));
     const float offset = -1.5F * std::log(reference_variance_);
+    const float wide_offset = -1.5F * std::log(wide) - std::log(10.0F);
     for (int row = 0; row < plane.rows; ++row) {
       for (int column = 0; column < plane.cols; ++column) {
         if (evidence.known(row, column) == 0) continue;
@@ -471,7 +486,9 @@ class OutlineTracker : public ParticleTracker {
         float ground = ground_model_.log_density(colour);
         if (has_reference_(row, column) != 0) {
           const cv::Vec3f off = cv::Vec3f(colour) - reference_.at<cv::Vec3f>(row, column);
-          ground = std::max(ground, offset - 0.5F * off.dot(off) / reference_variance_);
+          const float half = 0.5F * off.dot(off);
+          ground =
+              std::max({ground, offset - half / reference_variance_, wide_offset - half / wide});
         }
         evidence.ratio(row, column) =
             std::clamp(grain_model_.log_density(colour) - ground, -most_evidence, most_evidence);
@@ -511,13 +528,13 @@ class OutlineTracker : public ParticleTracker {
         continue;
       }
       outline_.height.push_back(sum / seen);
-      // Blur makes some three neighbours err alike
-      const double noise = cell * std::sqrt(3.0 * square) / seen;
+      // Lens, grid and compression leave it open where within a cell an edge lies, besides noise.
+      // Some three neighbours err alike
+      const double within_cell = seen / 12.0;
+      const double noise = cell * std::sqrt(3.0 * (square + within_cell)) / seen;
       const double ways = cell * doubt / seen;
-      // Lens, grid and compression leave it open where within a pixel an edge lies
-      const double pixel = cell / std::sqrt(12.0);
-      outline_.sigma.push_back(std::sqrt(noise * noise + ways * ways + pixel * pixel +
-                                         place_sigma_[k] * place_sigma_[k]));
+      outline_.sigma.push_back(
+          std::sqrt(noise * noise + ways * ways + place_sigma_[k] * place_sigma_[k]));
     }
   }
 
@@ -642,8 +659,9 @@ class OutlineTracker : public ParticleTracker {
   std::optional<TurningWatcher> turning_watcher_;
   std::optional<Lift> lift_;
   std::optional<Turning> turning_;
-  double noise_ = 1.0;  // grey levels
-  cv::Mat reference_;   // what is behind the grains
+  double noise_ = 1.0;        // grey levels
+  double least_width_ = 1.0;  // grey levels, of a colour in the models
+  cv::Mat reference_;         // what is behind the grains
   cv::Mat1b has_reference_;
   float reference_variance_ = 1.0F;
   ColourModel grain_model_, ground_model_;
