@@ -157,12 +157,12 @@ TEST(CameraOfThePage, FitsPointsWithTheSameResiduals) {
           library.camera.project(reference["x"].get<double>(), reference["z"].get<double>()) -
           pixel;
       expect_near(seen["px"], miss, same_px);
-      // A large residual in mm is also a matter of the scale, which is as sure as the rest
-      const double pixel_mm =
-          1.0e3 / library.camera.scale(reference["x"].get<double>(), reference["z"].get<double>());
-      EXPECT_NEAR(seen["mm"].get<double>(),
-                  1.0e3 * library.residuals[i],
-                  same_px * (1.0 + miss.norm()) * pixel_mm);
+      // Of a millionth of a pixel, in the direction in which it is longest in the plane
+      const Eigen::Matrix2d plane_from_pixel =
+          library.camera.jacobian(reference["x"].get<double>(), reference["z"].get<double>())
+              .inverse();
+      const double pixel_mm = 1.0e3 * plane_from_pixel.norm();
+      EXPECT_NEAR(seen["mm"].get<double>(), 1.0e3 * library.residuals[i], same_px * pixel_mm);
     }
     for (int i = 0; i < 10; ++i) {
       const double sigma = std::sqrt(library.covariance(i, i));
