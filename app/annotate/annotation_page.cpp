@@ -117,9 +117,12 @@ Json rig_json(TomlSection& root, const std::filesystem::path& folder, const SoFa
   if (so_far.experiment && !kind.brings_grains) context.particle = &so_far.experiment->particle;
   // 2. Its drawing
   std::optional<datasets::RigDrawing> found;
+  bool is_whole = false;
   for (const TomlSection* stated : std::initializer_list<const TomlSection*>{&*rig, &complete}) {
     try {
-      if (!found) found = datasets::draw_rig(*stated, settings, context);
+      if (found) continue;
+      found = datasets::draw_rig(*stated, settings, context);
+      is_whole = stated == &*rig;
     } catch (const InputError&) {
       // What is wrong with it is told when the experiment is read
     }
@@ -149,6 +152,9 @@ Json rig_json(TomlSection& root, const std::filesystem::path& folder, const SoFa
   for (const auto& [name, centre, rim] : drawing.circles)
     json["circles"].push_back({{"name", name}, {"centre", centre}, {"rim", rim}});
   for (const std::string& key : drawing.optional_keys) json["optional"].push_back("rig." + key);
+  // A rig that is whole without a key of the template does not need it
+  for (const std::string& key : of_template.section("rig").keys())
+    if (is_whole && !rig->has(key)) json["optional"].push_back("rig." + key);
   return json;
 }
 
