@@ -113,18 +113,29 @@ Json rig_json(TomlSection& root, const std::filesystem::path& folder, const SoFa
     for (const TomlSection& replicate : from->sections("replicate"))
       settings.push_back(replicate.text_without({"name", "video"}));
   }
-  datasets::RigContext context{.folder = folder};
-  if (so_far.experiment && !kind.brings_grains) context.particle = &so_far.experiment->particle;
-  // 2. Its drawing
+  // 2. Its drawing, with the grains of the experiment; where they are not known yet with those of
+  // the template, or with specks that get through everywhere
+  std::vector<datasets::RigContext> contexts(2, datasets::RigContext{.folder = folder});
+  std::optional<datasets::Particle> grain;
+  if (so_far.experiment && !kind.brings_grains) {
+    grain = so_far.experiment->particle;
+  } else if (of_template.has("particle")) {
+    std::vector<std::filesystem::path> inputs;
+    grain = datasets::read_particle(
+        of_template.section("particle"), datasets::Purpose::tracking, true, folder, inputs);
+  }
+  if (grain) contexts.front().particle = &*grain;
   std::optional<datasets::RigDrawing> found;
   bool is_whole = false;
   for (const TomlSection* stated : std::initializer_list<const TomlSection*>{&*rig, &complete}) {
-    try {
-      if (found) continue;
-      found = datasets::draw_rig(*stated, settings, context);
-      is_whole = stated == &*rig;
-    } catch (const InputError&) {
-      // What is wrong with it is told when the experiment is read
+    for (const datasets::RigContext& context : contexts) {
+      try {
+        if (found) continue;
+        found = datasets::draw_rig(*stated, settings, context);
+        is_whole = stated == &*rig;
+      } catch (const InputError&) {
+        // What is wrong with it is told when the experiment is read
+      }
     }
   }
   if (!found) return json;

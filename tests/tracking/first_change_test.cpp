@@ -47,5 +47,15 @@ TEST(FirstChange, IsNoLonePicture) {
   EXPECT_EQ(found->picture, 66);
 }
 
+// After six pictures a codec stores what it left out at first.
+TEST(FirstChange, IsNotWhatACodecMakesUpFor) {
+  std::vector<double> all = changes(40, 0.0, 9);
+  for (std::size_t k = 6; k < all.size(); ++k) all[k] += 1.0;
+  for (std::size_t k = 40; k < all.size(); ++k) all[k] += 2.0 * static_cast<double>(k - 38);
+  const auto found = find_first_change(all);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->picture, 42, 2);
+}
+
 }  // namespace
 }  // namespace graintruth::tracking

@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t fewest_at_rest = 5;
 constexpr std::size_t pictures_in_a_row = 3;
 constexpr double chance = 1.0e-6;       // that rest looks like motion, at each picture
+constexpr double least_share = 0.05;    // of the largest change
 constexpr double least_scatter = 0.02;  // of the usual change: codecs level rest out
 // The median deviation times the first is the standard deviation of Gaussian noise, and tells it as
 // badly as the second part of so many values would (Rousseeuw and Croux 1993).
@@ -25,6 +26,8 @@ double median(std::vector<double> values) {
 }  // namespace
 
 std::optional<FirstChange> find_first_change(const std::vector<double>& changes) {
+  if (changes.empty()) return std::nullopt;
+  const double largest = *std::max_element(changes.begin(), changes.end());
   for (std::size_t k = fewest_at_rest; k + pictures_in_a_row <= changes.size(); ++k) {
     const auto next = changes.begin() + static_cast<std::ptrdiff_t>(k);
     std::vector<double> rest(changes.begin(), next);
@@ -38,7 +41,9 @@ std::optional<FirstChange> find_first_change(const std::vector<double>& changes)
         std::sqrt(1.0 + 1.0 / n) * boost::math::quantile(boost::math::complement(
                                        known_so_well, std::pow(chance, 1.0 / pictures_in_a_row)));
     const double certainty = (*std::min_element(next, next + pictures_in_a_row) - usual) / scatter;
-    if (certainty > limit) return FirstChange{static_cast<int>(k) + 1, certainty};
+    // What a codec stores anew is a small part of what motion changes in the end
+    if (certainty > std::max(limit, least_share * (largest - usual) / scatter))
+      return FirstChange{static_cast<int>(k) + 1, certainty};
   }
   return std::nullopt;
 }

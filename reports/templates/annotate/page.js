@@ -708,7 +708,7 @@
   }
 
   // Keys of replicates that are settings of the rig, such as the width of an orifice
-  const usual = /^(name|video|tracks|discharge|curves|corrections|held_out|y_axis|(frame_rate|noted_event|event|scale|origin)_\w+)$/;
+  const usual = /^(name|video|tracks|discharge|curves|corrections|held_out|y_axis|outline|(frame_rate|noted_event|event|scale|origin)_\w+)$/;
   let settings = [];
   const conditionOf = one => settings.map(key => statedOf(all, one)[key]).join();
   function filmsSection() {
