@@ -318,6 +318,31 @@ TEST(OutlineTracker, SaysWhereTheStatedSpeedContradictsTheFilm) {
   EXPECT_TRUE(tells(tracked.summary, "but 180 is stated"));
 }
 
+TEST(OutlineTracker, TellsNothingOfWhatIsMasked) {
+  DrawnHeap heap({{200, 205, 200}, {70, 70, 70}, {40, 50, 110}, {120, 110, 110}});
+  constexpr double from = 0.0175, to = 0.0275, high = 0.05;  // m
+  datasets::MaskPolygon polygon;
+  for (const auto& [x, z] : {std::pair(from, -0.02), {to, -0.02}, {to, high}, {from, high}}) {
+    const auto pixel = pixel_of(x, z);
+    polygon.corners.push_back({pixel.x(), pixel.y()});
+  }
+  heap.spec.camera.masks = {polygon};
+  const datasets::Outline outline = track_bed(heap.spec, heap.pictures).outline;
+  const std::vector<double> truth = datasets::silhouette(heap.balls, outline.column, {});
+  int masked = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const double x = outline.column[k];
+    const double height = outline.height[outline.index(heap.pictures.size() - 1, k)];
+    if (x > from && x < to) {
+      EXPECT_TRUE(std::isnan(height)) << "at x = " << x;
+      ++masked;
+    } else if (std::abs(x) < from - DrawnHeap::grain) {
+      EXPECT_NEAR(height, truth[k], 0.25 * DrawnHeap::grain) << "at x = " << x;
+    }
+  }
+  EXPECT_GE(masked, 1);
+}
+
 TEST(OutlineTracker, TakesASinglePictureForAFilm) {
   DrawnHeap heap({{200, 205, 200}, {70, 70, 70}, {40, 50, 110}, {120, 110, 110}});
   heap.spec.rig.outline->mover.reset();

@@ -23,6 +23,7 @@
 #include "tracking/outline/turning.h"
 #include "tracking/outline/upper_edge.h"
 #include "tracking/particle_tracker.h"
+#include "tracking/view/mask.h"
 
 namespace graintruth::tracking {
 
@@ -241,7 +242,10 @@ class OutlineTracker : public ParticleTracker {
     }
     const int down = static_cast<int>(std::ceil((top - lowest) / cell));
     const PlaneGrid grid(left, top, cell, cv::Size(across, down));
-    plane_ = PlanePicture(grid, lens_, camera.region);
+    cv::Mat1b masked;
+    if (spec_.camera.masks)
+      masked = masked_pixels(*spec_.camera.masks, {lens_.width(), lens_.height()});
+    plane_ = PlanePicture(grid, lens_, camera.region, masked);
     domain_ = plane_.seen().clone();
     if (const auto& drum = rig_.drum) {
       cv::Mat1b inside(grid.size(), std::uint8_t{0});

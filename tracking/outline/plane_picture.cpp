@@ -19,7 +19,10 @@ cv::Mat1b PlaneGrid::inside(const std::vector<Eigen::Vector2d>& polygon) const {
   return mask;
 }
 
-PlanePicture::PlanePicture(const PlaneGrid& grid, const Camera& camera, const cv::Rect& region)
+PlanePicture::PlanePicture(const PlaneGrid& grid,
+                           const Camera& camera,
+                           const cv::Rect& region,
+                           const cv::Mat1b& masked)
     : grid_(grid),
       map_x_(grid.size(), CV_32F),
       map_y_(grid.size(), CV_32F),
@@ -34,6 +37,8 @@ PlanePicture::PlanePicture(const PlaneGrid& grid, const Camera& camera, const cv
         seen_(row, column) = 255;
     }
   }
+  // A cell takes from up to four pixels; one that is masked spoils it
+  if (!masked.empty()) seen_.setTo(0, of(masked) > 0);
 }
 
 cv::Mat PlanePicture::of(const cv::Mat& frame) const {

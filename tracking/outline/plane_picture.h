@@ -36,8 +36,12 @@ class PlaneGrid {
 class PlanePicture {
  public:
   PlanePicture() = default;
-  // `region`: the part of the picture that is looked at, px.
-  PlanePicture(const PlaneGrid& grid, const Camera& camera, const cv::Rect& region);
+  // `region`: the part of the picture that is looked at, px. `masked`: pixels that nobody is to
+  // look at, 255; empty: none.
+  PlanePicture(const PlaneGrid& grid,
+               const Camera& camera,
+               const cv::Rect& region,
+               const cv::Mat1b& masked = {});
 
   const PlaneGrid& grid() const { return grid_; }
   // Cells that the picture shows, 255; others 0.

@@ -6,9 +6,7 @@
 
 namespace graintruth::tracking {
 
-namespace {
-
-cv::Mat1b inside(const std::vector<datasets::MaskPolygon>& polygons, const cv::Size& size) {
+cv::Mat1b masked_pixels(const std::vector<datasets::MaskPolygon>& polygons, const cv::Size& size) {
   cv::Mat1b covered(size, std::uint8_t{0});
   for (const datasets::MaskPolygon& polygon : polygons) {
     std::vector<cv::Point> corners;
@@ -20,12 +18,10 @@ cv::Mat1b inside(const std::vector<datasets::MaskPolygon>& polygons, const cv::S
   return covered;
 }
 
-}  // namespace
-
 void Mask::cover(cv::Mat& frame) {
   if (!polygons_) return;
   if (patch_.empty()) {
-    covered_ = inside(*polygons_, frame.size());
+    covered_ = masked_pixels(*polygons_, frame.size());
     constexpr double reach = 3.0;  // px, that decide a pixel
     cv::inpaint(frame, covered_, patch_, reach, cv::INPAINT_TELEA);
   }

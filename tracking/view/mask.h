@@ -9,6 +9,9 @@
 
 namespace graintruth::tracking {
 
+// Pixels of a picture of this size inside any of the polygons, 255; others 0.
+cv::Mat1b masked_pixels(const std::vector<datasets::MaskPolygon>& polygons, const cv::Size& size);
+
 // Covers them in every picture of a film with what surrounds them in the first one: they hold no
 // edge and never move.
 class Mask {
