@@ -140,16 +140,8 @@ std::string error_line(const datasets::ExternalEnd& end) {
   return "";
 }
 
-}  // namespace
-
-std::string digits(double value) { return fmt::format("{:.17g}", value); }
-
-sim::Surfaces surfaces_of(const SimulationSpec& spec, int first, int second) {
-  sim::SurfaceTable table;
-  use_surfaces(spec.scene, spec.scene.phases.front(), table);
-  return table.of(first, second);
-}
-
+// Throws datasets::InputError that names what of the scene the engine cannot take: nothing is left
+// out in silence.
 DeckScene deck_scene_of(const SimulationSpec& spec, std::string_view engine) {
   const SceneData& scene = spec.scene;
   // 1. What it takes
@@ -165,6 +157,9 @@ DeckScene deck_scene_of(const SimulationSpec& spec, std::string_view engine) {
     if (curve != "highest_grain_m") refuse(engine, fmt::format("it records no {}", curve));
   }
   DeckScene made{.built = start_of(spec)};
+  for (const sim::Clump& grain : made.built.scene.types) {
+    if (grain.spheres.size() > 1) refuse(engine, "its grains are clumps of several spheres");
+  }
   // 2. Steps that hit every frame
   double interval = 0.0, before = 0.0, after = 0.0;
   double longest = std::numeric_limits<double>::infinity();
@@ -263,6 +258,7 @@ EngineRun run_deck(const SimulationSpec& spec,
   return run;
 }
 
+// The first line of `program -h` that names a date or a version.
 std::string version_of_program(const std::string& program, const std::string& package) {
   if (!datasets::find_program(program)) {
     throw InputError(fmt::format(
@@ -279,6 +275,78 @@ std::string version_of_program(const std::string& program, const std::string& pa
     if (name != std::string::npos) return line.substr(name + 12);
   }
   return "of an unknown version";
+}
+
+}  // namespace
+
+std::string digits(double value) { return fmt::format("{:.17g}", value); }
+
+std::string digits(const sim::Vec3& v) {
+  return fmt::format("{} {} {}", digits(v.x()), digits(v.y()), digits(v.z()));
+}
+
+double neighbour_skin(const sim::Scene& scene) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const sim::Clump& grain : scene.types) smallest = std::min(smallest, grain.smallest_radius);
+  return 0.2 * smallest;
+}
+
+std::string start_data(const sim::Scene& scene, std::size_t types) {
+  std::string atoms, speeds;
+  sim::Vec3 low = sim::Vec3::Constant(1e300), high = -low;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const sim::Body& body = scene.bodies[b];
+    const sim::Clump& grain = scene.types[static_cast<std::size_t>(body.type)];
+    const double radius = grain.spheres.front().radius;
+    atoms += fmt::format("{} 1 {} {} {}\n",
+                         b + 1,
+                         digits(2.0 * radius),
+                         digits(grain.mass / grain.volume),
+                         digits(body.position));
+    speeds +=
+        fmt::format("{} {} {}\n", b + 1, digits(body.velocity), digits(body.angular_velocity));
+    // Neighbours are looked for in boxes of the cutoff, of which at least one must fit in
+    const sim::Vec3 margin = sim::Vec3::Constant(4.0 * radius);
+    low = low.cwiseMin(body.position - margin);
+    high = high.cwiseMax(body.position + margin);
+  }
+  std::string text =
+      fmt::format("graintruth\n\n{} atoms\n{} atom types\n", scene.bodies.size(), types);
+  for (int axis = 0; axis < 3; ++axis)
+    text += fmt::format(
+        "{} {} {}lo {}hi\n", digits(low[axis]), digits(high[axis]), "xyz"[axis], "xyz"[axis]);
+  return text + "\nAtoms\n\n" + atoms + "\nVelocities\n\n" + speeds;
+}
+
+std::string weight(const SimulationSpec& spec) {
+  const double gravity = spec.scene.gravity.norm();
+  const sim::Vec3 down =
+      gravity > 0.0 ? sim::Vec3(spec.scene.gravity / gravity) : sim::Vec3(0.0, 0.0, -1.0);
+  return fmt::format("fix weight all gravity {} vector {}\n", digits(gravity), digits(down));
+}
+
+sim::Surfaces surfaces_of(const SimulationSpec& spec, int first, int second) {
+  sim::SurfaceTable table;
+  use_surfaces(spec.scene, spec.scene.phases.front(), table);
+  return table.of(first, second);
+}
+
+std::string GranularProgram::version() const {
+  std::call_once(asked_, [this] { version_ = version_of_program(program_, package_); });
+  return fmt::format("{}, deck {}", version_, deck_version_);
+}
+
+double GranularProgram::largest_time_step_fraction(const SimulationSpec& spec) const {
+  return embedded_engine().largest_time_step_fraction(spec);
+}
+
+EngineRun GranularProgram::run(const SimulationSpec& spec, const EngineOptions& options) const {
+  try {
+    const DeckScene scene = deck_scene_of(spec, name_);
+    return run_deck(spec, options, scene, deck_of(spec, scene), program_);
+  } catch (const std::invalid_argument& error) {
+    return {.status = RunStatus::unstable, .message = error.what()};
+  }
 }
 
 }  // namespace graintruth::calibrate

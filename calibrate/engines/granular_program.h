@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,6 @@ struct DeckScene {
   std::size_t frames = 0;             // from the event on
 };
 
-// Throws datasets::InputError that names what of the scene the engine cannot take: nothing is left
-// out in silence.
-DeckScene deck_scene_of(const SimulationSpec& spec, std::string_view engine);
-
 // Files of a deck by their names, of which `deck` is started.
 struct Deck {
   std::map<std::string, std::string> files;
@@ -32,22 +29,57 @@ struct Deck {
   // The columns of a frame: the number of the body from 1, x, y, z of its centre
 };
 
-// The deck's frames as a recording. A bad end is a status with a sentence, as is a body that is
-// lost or stands at no number.
-EngineRun run_deck(const SimulationSpec& spec,
-                   const EngineOptions& options,
-                   const DeckScene& scene,
-                   const Deck& deck,
-                   const std::string& program);
+// An engine that lets another program run a deck made from the spec. It takes grains of one sphere.
+class GranularProgram : public Engine {
+ public:
+  std::string_view name() const override { return name_; }
+  // Of the program, as it says itself, and of the deck. Throws datasets::InputError where it is not
+  // installed.
+  std::string version() const override;
+  bool is_another_program() const override { return true; }
+  std::vector<std::string> curves(const SimulationSpec&) const override {
+    return {"highest_grain_m"};
+  }
+  double largest_time_step_fraction(const SimulationSpec& spec) const override;
+  // The deck's frames as a recording. A bad end is a status with a sentence, as is a body that is
+  // lost or stands at no number.
+  EngineRun run(const SimulationSpec& spec, const EngineOptions& options) const override;
 
-// What a program says of itself: the first line of `program -h` that names a date or a version.
-// Throws datasets::InputError where it is not installed.
-std::string version_of_program(const std::string& program, const std::string& package);
+ protected:
+  // `package` is Debian's that holds `program`. `deck_version` changes whenever the deck gives
+  // other numbers.
+  GranularProgram(std::string name,
+                  std::string program,
+                  std::string package,
+                  std::string deck_version)
+      : name_(std::move(name)),
+        program_(std::move(program)),
+        package_(std::move(package)),
+        deck_version_(std::move(deck_version)) {}
+
+  // Throws datasets::InputError that names what of the scene it cannot take.
+  virtual Deck deck_of(const SimulationSpec& spec, const DeckScene& scene) const = 0;
+
+ private:
+  std::string name_, program_, package_, deck_version_;
+  mutable std::once_flag asked_;
+  mutable std::string version_;
+};
 
 // The surfaces between a grain and a wall of the scene.
 sim::Surfaces surfaces_of(const SimulationSpec& spec, int first, int second);
 
 // As text with all its digits.
 std::string digits(double value);
+std::string digits(const sim::Vec3& v);
+
+// m: by how much neighbours are looked for beyond contact.
+double neighbour_skin(const sim::Scene& scene);
+
+// The file from which a deck reads its atoms, of so many types, and their velocities.
+std::string start_data(const sim::Scene& scene, std::size_t types);
+
+// The line of a deck that makes grains heavy.
+std::string weight(const SimulationSpec& spec);
 
 }  // namespace graintruth::calibrate

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "calibrate/engines/embedded.h"
 #include "calibrate/engines/granular_program.h"
 #include "datasets/store/input_error.h"
 
@@ -17,7 +15,6 @@ namespace {
 
 using sim::Vec3;
 
-constexpr const char* deck_version = "1";   // changes whenever the deck gives other numbers
 constexpr double least_restitution = 0.05;  // LIGGGHTS stops with an error there
 constexpr double stiffer = 1e6;             // a wall, than the grains: as good as rigid
 
@@ -37,49 +34,8 @@ int axis_of(const datasets::SceneWall& wall) {
   refuse(fmt::format("the wall '{}' does not stand along an axis", wall.name));
 }
 
-std::string start_data(const sim::Scene& scene, std::size_t types) {
-  std::string atoms, speeds;
-  Vec3 low = Vec3::Constant(1e300), high = -low;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const sim::Body& body = scene.bodies[b];
-    const sim::Clump& grain = scene.types[static_cast<std::size_t>(body.type)];
-    const double radius = grain.spheres.front().radius;
-    const Vec3& p = body.position;
-    const Vec3& v = body.velocity;
-    const Vec3& w = body.angular_velocity;
-    atoms += fmt::format("{} 1 {} {} {} {} {}\n",
-                         b + 1,
-                         digits(2.0 * radius),
-                         digits(grain.mass / grain.volume),
-                         digits(p.x()),
-                         digits(p.y()),
-                         digits(p.z()));
-    speeds += fmt::format("{} {} {} {} {} {} {}\n",
-                          b + 1,
-                          digits(v.x()),
-                          digits(v.y()),
-                          digits(v.z()),
-                          digits(w.x()),
-                          digits(w.y()),
-                          digits(w.z()));
-    low = low.cwiseMin(p - Vec3::Constant(2.0 * radius));
-    high = high.cwiseMax(p + Vec3::Constant(2.0 * radius));
-  }
-  std::string text =
-      fmt::format("graintruth\n\n{} atoms\n{} atom types\n", scene.bodies.size(), types);
-  for (int axis = 0; axis < 3; ++axis)
-    text += fmt::format(
-        "{} {} {}lo {}hi\n", digits(low[axis]), digits(high[axis]), "xyz"[axis], "xyz"[axis]);
-  return text + "\nAtoms\n\n" + atoms + "\nVelocities\n\n" + speeds;
-}
-
-Deck deck_of(const SimulationSpec& spec, const DeckScene& scene) {
+Deck liggghts_deck(const SimulationSpec& spec, const DeckScene& scene) {
   const sim::Scene& started = scene.built.scene;
-  double smallest = 1e300;
-  for (const sim::Clump& grain : started.types) {
-    if (grain.spheres.size() > 1) refuse("its grains are clumps of several spheres");
-    smallest = std::min(smallest, grain.smallest_radius);
-  }
   const int material = spec.scene.particles.front().material;
   const datasets::SceneMaterial& grain = spec.scene.materials[static_cast<std::size_t>(material)];
   // 1. Type 1 is the grains, each wall a type of its own
@@ -114,7 +70,7 @@ Deck deck_of(const SimulationSpec& spec, const DeckScene& scene) {
       "units si\nhard_particles yes\nsoft_particles yes\natom_style granular\n"
       "atom_modify map array sort 0 0\nboundary m m m\nnewton off\ncommunicate single vel yes\n"
       "read_data start.data\nneighbor {} bin\nneigh_modify delay 0\n",
-      digits(0.2 * smallest));
+      digits(neighbour_skin(started)));
   text +=
       fmt::format("fix youngs_modulus all property/global youngsModulus peratomtype {}\n", moduli);
   text +=
@@ -138,13 +94,7 @@ Deck deck_of(const SimulationSpec& spec, const DeckScene& scene) {
         digits(wall.points.front()[axis]));
   }
   // 2. Motion and frames
-  const double gravity = spec.scene.gravity.norm();
-  const Vec3 down = gravity > 0.0 ? Vec3(spec.scene.gravity / gravity) : Vec3(0.0, 0.0, -1.0);
-  text += fmt::format("fix weight all gravity {} vector {} {} {}\nfix motion all nve/sphere\n",
-                      digits(gravity),
-                      digits(down.x()),
-                      digits(down.y()),
-                      digits(down.z()));
+  text += weight(spec) + "fix motion all nve/sphere\n";
   text += fmt::format(
       "dump frames all custom {} frames.txt id x y z\ndump_modify frames format \"%d %.17g %.17g "
       "%.17g\"\ntimestep {}\nthermo {}\nthermo_modify lost error norm no\nrun {}\n",
@@ -156,28 +106,13 @@ Deck deck_of(const SimulationSpec& spec, const DeckScene& scene) {
           .deck = "deck.in"};
 }
 
-class Liggghts final : public Engine {
+class Liggghts final : public GranularProgram {
  public:
-  std::string_view name() const override { return "liggghts"; }
-  std::string version() const override {
-    static const std::string version = version_of_program("liggghts", "liggghts");
-    return fmt::format("{}, deck {}", version, deck_version);
-  }
-  bool is_another_program() const override { return true; }
-  std::vector<std::string> curves(const SimulationSpec&) const override {
-    return {"highest_grain_m"};
-  }
-  double largest_time_step_fraction(const SimulationSpec& spec) const override {
-    return embedded_engine().largest_time_step_fraction(spec);
-  }
+  Liggghts() : GranularProgram("liggghts", "liggghts", "liggghts", "1") {}
 
-  EngineRun run(const SimulationSpec& spec, const EngineOptions& options) const override {
-    try {
-      const DeckScene scene = deck_scene_of(spec, name());
-      return run_deck(spec, options, scene, deck_of(spec, scene), "liggghts");
-    } catch (const std::invalid_argument& error) {
-      return {.status = RunStatus::unstable, .message = error.what()};
-    }
+ protected:
+  Deck deck_of(const SimulationSpec& spec, const DeckScene& scene) const override {
+    return liggghts_deck(spec, scene);
   }
 };
 

@@ -41,12 +41,7 @@ class AngleOfRepose final : public ProfileNumber {
 
 }  // namespace
 
-extern constinit const ObservableKind angle_of_repose_kind{
-    .name = "angle_of_repose",
-    .make = [](const datasets::Experiment& experiment,
-               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
-      require_outline(experiment, "angle_of_repose");
-      return std::make_shared<AngleOfRepose>();
-    }};
+extern constinit const ObservableKind angle_of_repose_kind{.name = "angle_of_repose",
+                                                           .make = make_of_outlines<AngleOfRepose>};
 
 }  // namespace graintruth::calibrate

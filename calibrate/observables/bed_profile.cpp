@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibrate/compare/repeated_rule.h"
 #include "datasets/store/input_error.h"
 
 namespace graintruth::calibrate {
@@ -205,6 +206,20 @@ double first_width(const Situation& situation) {
   for (const datasets::SeenOutline::Polygon& polygon : seen.grains_before) reach(polygon);
   if (seen.grains_before.empty() && seen.mover) reach(seen.mover->drawing);
   return right > left ? right - left : 0.0;
+}
+
+std::unique_ptr<Rule> rule_of_outlines(const RuleParts& parts,
+                                       std::string_view observable,
+                                       double least_error) {
+  auto of = parts.of(observable);
+  if (!of) return nullptr;
+  const double grain = parts.situations->front().particle.diameter;
+  return std::make_unique<RepeatedRule>(
+      of->channel,
+      ChannelShape{.widths = Widths::own_replicates, .least_error = {least_error * grain}},
+      parts.form,
+      *parts.layout,
+      std::move(of->replicates));
 }
 
 void require_outline(const datasets::Experiment& experiment, std::string_view observable) {

@@ -2,6 +2,7 @@
 // simulated alike.
 #pragma once
 
+#include <memory>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +59,22 @@ double first_width(const Situation& situation);
 
 // Throws datasets::InputError where the experiment compares an outline that its rig does not have.
 void require_outline(const datasets::Experiment& experiment, std::string_view observable);
+
+// How an observable of outlines is made, for its kind.
+template <class OfOutlines>
+std::shared_ptr<const Observable> make_of_outlines(const datasets::Experiment& experiment,
+                                                   datasets::TomlSection*) {
+  const auto made = std::make_shared<OfOutlines>();
+  require_outline(experiment, made->name());
+  return made;
+}
+
+// The rule of values at many places or moments, each from its own replicates. What is claimed to be
+// known better than by `least_error` (grain diameters) counts as known so well. Null where nothing
+// was measured.
+std::unique_ptr<Rule> rule_of_outlines(const RuleParts& parts,
+                                       std::string_view observable,
+                                       double least_error);
 
 inline constexpr const char* lacking_outline =
     "an outline of the bed: a film of it, or a table with columns time_s, column_m and height_m";

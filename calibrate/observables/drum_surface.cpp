@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "calibrate/compare/repeated_rule.h"
 #include "calibrate/observables/outline_results.h"
 #include "calibrate/observables/steady_surface.h"
 
@@ -59,15 +58,7 @@ class DrumSurface final : public Observable {
   }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
-    auto of = parts.of(name());
-    if (!of) return nullptr;
-    const double grain = parts.situations->front().particle.diameter;
-    return std::make_unique<RepeatedRule>(
-        of->channel,
-        ChannelShape{.widths = Widths::own_replicates, .least_error = {least_error * grain}},
-        parts.form,
-        *parts.layout,
-        std::move(of->replicates));
+    return rule_of_outlines(parts, name(), least_error);
   }
   void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
     tell_outlines(measured, results);
@@ -80,12 +71,7 @@ class DrumSurface final : public Observable {
 
 }  // namespace
 
-extern constinit const ObservableKind drum_surface_kind{
-    .name = "drum_surface",
-    .make = [](const datasets::Experiment& experiment,
-               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
-      require_outline(experiment, "drum_surface");
-      return std::make_shared<DrumSurface>();
-    }};
+extern constinit const ObservableKind drum_surface_kind{.name = "drum_surface",
+                                                        .make = make_of_outlines<DrumSurface>};
 
 }  // namespace graintruth::calibrate

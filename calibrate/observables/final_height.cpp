@@ -20,12 +20,7 @@ class FinalHeight final : public ProfileNumber {
 
 }  // namespace
 
-extern constinit const ObservableKind final_height_kind{
-    .name = "final_height",
-    .make = [](const datasets::Experiment& experiment,
-               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
-      require_outline(experiment, "final_height");
-      return std::make_shared<FinalHeight>();
-    }};
+extern constinit const ObservableKind final_height_kind{.name = "final_height",
+                                                        .make = make_of_outlines<FinalHeight>};
 
 }  // namespace graintruth::calibrate

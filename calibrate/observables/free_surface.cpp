@@ -1,7 +1,6 @@
 // The free surface of a bed at rest: its height in every column, in the last moment of the outline.
 #include <cmath>
 
-#include "calibrate/compare/repeated_rule.h"
 #include "calibrate/observables/bed_profile.h"
 #include "calibrate/observables/outline_results.h"
 
@@ -38,15 +37,7 @@ class FreeSurface final : public Observable {
   bool needs_outline() const override { return true; }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
-    auto of = parts.of(name());
-    if (!of) return nullptr;
-    const double grain = parts.situations->front().particle.diameter;
-    return std::make_unique<RepeatedRule>(
-        of->channel,
-        ChannelShape{.widths = Widths::own_replicates, .least_error = {least_error * grain}},
-        parts.form,
-        *parts.layout,
-        std::move(of->replicates));
+    return rule_of_outlines(parts, name(), least_error);
   }
   void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
     tell_outlines(measured, results);
@@ -56,12 +47,7 @@ class FreeSurface final : public Observable {
 
 }  // namespace
 
-extern constinit const ObservableKind free_surface_kind{
-    .name = "free_surface",
-    .make = [](const datasets::Experiment& experiment,
-               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
-      require_outline(experiment, "free_surface");
-      return std::make_shared<FreeSurface>();
-    }};
+extern constinit const ObservableKind free_surface_kind{.name = "free_surface",
+                                                        .make = make_of_outlines<FreeSurface>};
 
 }  // namespace graintruth::calibrate

@@ -4,13 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "calibrate/compare/repeated_rule.h"
 #include "calibrate/observables/bed_profile.h"
 #include "calibrate/observables/moments.h"
 
 namespace graintruth::calibrate {
 
 namespace {
+
+// Grain diameters: between two columns the foot is known by a straight line
+constexpr double least_error = 0.25;
 
 class FrontPosition final : public Observable {
  public:
@@ -48,30 +50,15 @@ class FrontPosition final : public Observable {
   }
   bool needs_outline() const override { return true; }
 
-  // Between two columns the foot is known by a straight line
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
-    auto of = parts.of(name());
-    if (!of) return nullptr;
-    const Situation& situation = parts.situations->front();
-    return std::make_unique<RepeatedRule>(
-        of->channel,
-        ChannelShape{.widths = Widths::own_replicates,
-                     .least_error = {0.25 * situation.particle.diameter}},
-        parts.form,
-        *parts.layout,
-        std::move(of->replicates));
+    return rule_of_outlines(parts, name(), least_error);
   }
   std::string lacking_words() const override { return lacking_outline; }
 };
 
 }  // namespace
 
-extern constinit const ObservableKind front_position_kind{
-    .name = "front_position",
-    .make = [](const datasets::Experiment& experiment,
-               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
-      require_outline(experiment, "front_position");
-      return std::make_shared<FrontPosition>();
-    }};
+extern constinit const ObservableKind front_position_kind{.name = "front_position",
+                                                          .make = make_of_outlines<FrontPosition>};
 
 }  // namespace graintruth::calibrate

@@ -25,12 +25,7 @@ class RunOut final : public ProfileNumber {
 
 }  // namespace
 
-extern constinit const ObservableKind run_out_kind{
-    .name = "run_out",
-    .make = [](const datasets::Experiment& experiment,
-               datasets::TomlSection*) -> std::shared_ptr<const Observable> {
-      require_outline(experiment, "run_out");
-      return std::make_shared<RunOut>();
-    }};
+extern constinit const ObservableKind run_out_kind{.name = "run_out",
+                                                   .make = make_of_outlines<RunOut>};
 
 }  // namespace graintruth::calibrate

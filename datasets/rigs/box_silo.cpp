@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "datasets/rigs/rig_kind.h"
+#include "datasets/rigs/poured_bed.h"
 
 namespace graintruth::datasets {
 
@@ -13,25 +13,16 @@ namespace {
 
 constexpr double longest_settling = 3.0;  // s
 
-SceneWall polygon(std::string name, std::vector<Eigen::Vector3d> corners) {
-  SceneWall wall;
-  wall.name = std::move(name);
-  wall.material = wall_material;
-  wall.kind = SceneWall::Kind::polygon;
-  wall.points = std::move(corners);
-  return wall;
-}
-
 // Level, from one x to the other.
 SceneWall floor_part(std::string name, double from_x, double to_x, double depth) {
   const double y = 0.5 * depth;
-  return polygon(std::move(name),
-                 {{from_x, -y, 0.0}, {to_x, -y, 0.0}, {to_x, y, 0.0}, {from_x, y, 0.0}});
+  return flat_wall(std::move(name),
+                   {{from_x, -y, 0.0}, {to_x, -y, 0.0}, {to_x, y, 0.0}, {from_x, y, 0.0}});
 }
 
 SceneWall side(std::string name, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double z) {
   const Eigen::Vector3d up(0.0, 0.0, z);
-  return polygon(std::move(name), {from, to, to + up, from + up});
+  return flat_wall(std::move(name), {from, to, to + up, from + up});
 }
 
 // Grains that are dropped from a lattice above each other need room: the box goes on upwards.

@@ -74,15 +74,12 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
   const double impact = std::sqrt(rig.gravity * std::max(level, particle.length));
   settle_poured_bed(impact, rig);
   const double falling = running * std::sqrt(2.0 * level / rig.gravity);
-  rig.scene.phases.push_back({.name = "collapse",
-                              .duration = std::ceil(falling / frame_interval) * frame_interval,
-                              .output_interval = frame_interval,
-                              .fastest_impact = impact});
-  rig.scene.phases.push_back({.name = "rest",
-                              .duration = longest_rest,
-                              .until_rest = true,
-                              .output_interval = frame_interval,
-                              .fastest_impact = impact});
+  release_poured_bed({.phase = "collapse",
+                      .lasts = falling,
+                      .rests_at_most = longest_rest,
+                      .interval = frame_interval},
+                     impact,
+                     rig);
   rig.begins_from = BeginsFrom::filling;
   // 4. What is seen
   SeenOutline& seen = rig.seen_outline.emplace();

@@ -129,15 +129,10 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
   // (3 V t^2/pi)^(1/3) - R t high at the radius R of the tube; over all slopes this is at most 4/9
   // of the level of V in the tube.
   const double clear = speed > 0.0 ? 4.0 / 9.0 * level / speed : 0.0;
-  rig.scene.phases.push_back({.name = "lift",
-                              .duration = std::ceil(clear / frame_interval) * frame_interval,
-                              .output_interval = frame_interval,
-                              .fastest_impact = impact});
-  rig.scene.phases.push_back({.name = "rest",
-                              .duration = longest_rest,
-                              .until_rest = true,
-                              .output_interval = frame_interval,
-                              .fastest_impact = impact});
+  release_poured_bed(
+      {.phase = "lift", .lasts = clear, .rests_at_most = longest_rest, .interval = frame_interval},
+      impact,
+      rig);
   rig.begins_from = BeginsFrom::filling;
   rig.seen_outline = seen_outline(level * area, radius + thickness, height, level, speed);
   rig.observables = {"free_surface"};

@@ -111,6 +111,19 @@ void settle_poured_bed(double impact, Rig& rig) {
   rig.scene.event_phase = static_cast<int>(rig.scene.phases.size());
 }
 
+void release_poured_bed(const Released& released, double impact, Rig& rig) {
+  const double interval = released.interval;
+  rig.scene.phases.push_back({.name = released.phase,
+                              .duration = std::ceil(released.lasts / interval) * interval,
+                              .output_interval = interval,
+                              .fastest_impact = impact});
+  rig.scene.phases.push_back({.name = "rest",
+                              .duration = released.rests_at_most,
+                              .until_rest = true,
+                              .output_interval = interval,
+                              .fastest_impact = impact});
+}
+
 SceneWall flat_wall(std::string name, std::vector<Eigen::Vector3d> corners) {
   SceneWall wall;
   wall.name = std::move(name);

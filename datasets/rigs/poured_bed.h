@@ -46,6 +46,14 @@ SceneFill filling_from_lattice(const Particle& particle,
 // drag, then rest without it.
 void settle_poured_bed(double impact, Rig& rig);
 
+// What follows the event: a phase for the time that what is released needs (s), then rest. Both are
+// recorded at this interval (s).
+struct Released {
+  std::string phase;  // its name
+  double lasts = 0.0, rests_at_most = 0.0, interval = 0.0;
+};
+void release_poured_bed(const Released& released, double impact, Rig& rig);
+
 // A flat wall through these corners.
 SceneWall flat_wall(std::string name, std::vector<Eigen::Vector3d> corners);
 
