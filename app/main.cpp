@@ -160,7 +160,8 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
       ->type_name("DIR");
   verb.add_option("--budget",
                   command.budget,
-                  "Evaluations that you will give to calibrate (default: 120; for a bin 60)")
+                  "Evaluations that you will give to calibrate (default: 120; for a bin 60, for "
+                  "outlines 40)")
       ->check(CLI::Range(20, 100000));
   verb.add_option("--jobs", command.common.jobs, "Threads that you will give to calibrate")
       ->check(CLI::Range(1, 1024));
@@ -445,8 +446,9 @@ int run(int argc, char** argv) {
                "calibrate datasets/micro/experiment.toml --out out/micro");
   add_experiment(calibrate_verb, calibrate.experiment);
   calibrate_verb
-      .add_option(
-          "--budget", calibrate.budget, "Evaluations of the search (default: 120; for a bin 60)")
+      .add_option("--budget",
+                  calibrate.budget,
+                  "Evaluations of the search (default: 120; for a bin 60, for outlines 40)")
       ->check(CLI::Range(20, 100000));
   calibrate_verb
       .add_option("--time-limit",

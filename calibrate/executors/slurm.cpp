@@ -211,7 +211,7 @@ class Batch {
         fs::rename(folder_.done(key), folder_.root / "damaged" / key, ignored);
         if (ignored) fs::remove(folder_.done(key), ignored);
         wanted.trouble = "its result was damaged: " + complaint;
-        lose(key);
+        lost_keys_.insert(key);  // its task is over and done with
         continue;
       }
       experience_.seconds += result->run.seconds;
@@ -219,16 +219,6 @@ class Batch {
       note_time(key, result->task_seconds);
       for (const std::size_t place : wanted.places) done_(place, result->run);
       wanted.is_done = true;
-    }
-  }
-
-  // The task that had it is over and done with.
-  void lose(const std::string& key) {
-    for (Array& array : arrays_) {
-      for (std::size_t i = 0; i < array.tasks.size(); ++i) {
-        const auto& keys = array.manifest.tasks[i];
-        if (std::find(keys.begin(), keys.end(), key) != keys.end()) lost_keys_.insert(key);
-      }
     }
   }
 
@@ -498,8 +488,7 @@ class Batch {
       if (wanted.tries < most_tries || is_under_way(key)) return;
       lost.push_back(fmt::format("{}: {}", key, wanted.trouble));
     }
-    // Tasks, not simulations: those of a task share its trouble
-    constexpr std::size_t named = 5;
+    constexpr std::size_t named = 5;  // in the sentence
     const std::size_t count = lost.size();
     lost.resize(std::min(count, named));
     for (Array& array : arrays_) {
