@@ -91,7 +91,7 @@ void check_recordings(const datasets::Experiment& experiment,
 
 // Whoever changes what an observable measures bumps it, so that old simulations are not read back
 // with what was measured of them.
-inline constexpr int measuring_version = 2;
+inline constexpr int measuring_version = 3;
 
 // What decides, besides the recordings, what is measured of them: moments, observables, settings.
 std::string measuring_text(const datasets::Experiment& experiment);

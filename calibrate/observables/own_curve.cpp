@@ -18,36 +18,66 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// Mean of what was recorded within half an interval of each moment, and its standard uncertainty;
-// between samples by a straight line where there are none so near.
+// The value of a curve at a moment t is its mean over the time around t,
+//   1/2h integral of q from t - h to t + h,
+// of the straight lines q between its samples. So it does not depend on where the samples lie or
+// how many they are. h is half an interval, and less where the event or the end of the curve is
+// nearer: what comes before the event is another motion.
+struct Window {
+  double from, to;
+};
+
+Window window_around(double time, double interval, const datasets::Curve& curve) {
+  const double begin = std::max(0.0, curve.time.front());
+  const double half =
+      std::max(0.0, std::min({0.5 * interval, time - begin, curve.time.back() - time}));
+  return {time - half, time + half};
+}
+
+struct Value {
+  double value, sigma;
+};
+
+// Mean over the window, or the value at its one moment; the first and the last line go on where a
+// curve begins or ends less than a sample too late or early. The uncertainties of the samples are
+// taken as independent.
+Value mean_over(const datasets::Curve& curve, Window window) {
+  const auto& time = curve.time;
+  if (time.size() == 1)
+    return {curve.value.front(), curve.sigma.empty() ? nan : curve.sigma.front()};
+  const auto after = static_cast<std::size_t>(
+      std::upper_bound(time.begin(), time.end(), window.from) - time.begin());
+  const double length = window.to - window.from;
+  double sum = 0.0, squares = 0.0;
+  const auto take = [&](std::size_t sample, double share) {
+    sum += share * curve.value[sample];
+    if (!curve.sigma.empty()) squares += std::pow(share * curve.sigma[sample], 2);
+  };
+  double share_of_left = 0.0;  // from the line before
+  for (std::size_t left = std::clamp<std::size_t>(after, 1, time.size() - 1) - 1;; ++left) {
+    // Mean of a straight line: its value at the middle
+    const double from = std::max(window.from, time[left]);
+    const double to = std::min(window.to, time[left + 1]);
+    const double share = length > 0.0 ? (to - from) / length : 1.0;
+    const double middle = length > 0.0 ? 0.5 * (from + to) : window.from;
+    const double right = (middle - time[left]) / (time[left + 1] - time[left]);
+    take(left, share_of_left + share * (1.0 - right));
+    share_of_left = share * right;
+    if (left + 2 == time.size() || time[left + 1] >= window.to) {
+      take(left + 1, share_of_left);
+      return {sum, curve.sigma.empty() ? nan : std::sqrt(squares)};
+    }
+  }
+}
+
 Channel at_moments(const datasets::Curve& curve,
                    const std::vector<double>& times,
                    double interval) {
   Channel channel;
   for (const double time : times) {
-    double sum = 0.0, squares = 0.0;
-    int count = 0;
-    std::size_t after = 0;
-    for (std::size_t i = 0; i < curve.time.size(); ++i) {
-      if (curve.time[i] < time) after = i + 1;
-      if (std::abs(curve.time[i] - time) > 0.5 * interval) continue;
-      sum += curve.value[i];
-      if (!curve.sigma.empty()) squares += curve.sigma[i] * curve.sigma[i];
-      ++count;
-    }
-    if (count > 0) {
-      channel.values.push_back(sum / count);
-      channel.errors.push_back(curve.sigma.empty() ? nan : std::sqrt(squares) / count);
-    } else if (after > 0 && after < curve.time.size()) {
-      const double share =
-          (time - curve.time[after - 1]) / (curve.time[after] - curve.time[after - 1]);
-      channel.values.push_back(curve.value[after - 1] +
-                               share * (curve.value[after] - curve.value[after - 1]));
-      channel.errors.push_back(curve.sigma.empty() ? nan : curve.sigma[after]);
-    } else {
-      channel.values.push_back(nan);
-      channel.errors.push_back(nan);
-    }
+    const Value value = mean_over(curve, window_around(time, interval, curve));
+    channel.values.push_back(value.value);
+    channel.errors.push_back(value.sigma);
   }
   return channel;
 }

@@ -85,15 +85,15 @@ double simulated_number(const std::string& at) {
 }
 
 TEST(OwnCurve, ATableWithoutTimeIsComparedWithOneNumberOfTheCurve) {
-  // The value of a moment is the mean of what lies within half an interval of it
-  EXPECT_NEAR(simulated_number(""), 1.25, 1e-12);
-  EXPECT_NEAR(simulated_number("at = \"end\""), 1.25, 1e-12);
-  EXPECT_NEAR(simulated_number("at = \"mean\""), (0.25 + 1.25 + 2.5 + 2.25 + 1.25) / 5.0, 1e-12);
+  // The value of a moment is the mean over half an interval before and after it
+  EXPECT_NEAR(simulated_number(""), 1.0, 1e-12);
+  EXPECT_NEAR(simulated_number("at = \"end\""), 1.0, 1e-12);
+  EXPECT_NEAR(simulated_number("at = \"mean\""), (0.0 + 1.25 + 2.4875 + 2.25 + 1.0) / 5.0, 1e-12);
   EXPECT_NEAR(simulated_number("at = \"largest\""), 3.0, 1e-12);
 }
 
 TEST(OwnCurve, OfTheSameNumbersNothingDiffers) {
-  const ForceExperiment made(settings(), {"force_n\n1.15\n", "force_n\n1.35\n"});
+  const ForceExperiment made(settings(), {"force_n\n0.9\n", "force_n\n1.1\n"});
   const Problem problem = make_problem(made.experiment, made.recordings, engine);
   SimulatedRun run{.channels = problem.observables->measure(rising_and_falling().recording,
                                                             problem.situations[0],
@@ -106,10 +106,43 @@ TEST(OwnCurve, AtMakesOneNumberOfACurveInTimeToo) {
   const std::string other = "time_s,force_n\n0,0\n0.01,2.2\n0.02,1.1\n";
   const ForceExperiment in_time(settings(), {table, other});
   EXPECT_EQ(make_problem(in_time.experiment, in_time.recordings, engine).measured[0][0].values,
-            (std::vector<double>{0.0, 1.0, 2.0, 1.5, 1.0}));
+            (std::vector<double>{0.0, 1.0, 1.8125, 1.5, 1.0}));
   const ForceExperiment largest(settings("at = \"largest\""), {table, other});
   EXPECT_EQ(make_problem(largest.experiment, largest.recordings, engine).measured[0][0].values,
             (std::vector<double>{2.0}));
+}
+
+TEST(OwnCurve, DoesNotDependOnWhereACurveWasSampled) {
+  // A straight line is the same at every rate and phase, and its kink at the event too
+  const auto line = [](double first, double step) {
+    datasets::Curve curve;
+    for (double time = first; time < 0.0205 + step; time += step) {
+      curve.time.push_back(time);
+      curve.value.push_back(1.0 + 100.0 * std::max(0.0, time));
+      curve.sigma.push_back(0.3);
+    }
+    return curve;
+  };
+  const ForceExperiment made(settings(), {"force_n\n1.0\n", "force_n\n1.2\n"});
+  const Problem problem = make_problem(made.experiment, made.recordings, engine);
+  const auto measured = [&](const datasets::Curve& curve) {
+    datasets::Recording recording;
+    recording.curves[curve_name] = curve;
+    return problem.observables->measure(recording, problem.situations[0])[0];
+  };
+  for (const auto& [first, step] : std::vector<std::pair<double, double>>{
+           {0.0, 0.005}, {-0.0011, 0.0011}, {0.0009, 0.002}, {0.0, 0.00013}, {0.0021, 0.0047}}) {
+    SCOPED_TRACE(testing::Message() << "first " << first << " s, every " << step << " s");
+    const Channel channel = measured(line(first, step));
+    ASSERT_EQ(channel.values.size(), 5U);
+    for (std::size_t i = 0; i < 5; ++i)
+      EXPECT_NEAR(channel.values[i], 1.0 + 0.5 * static_cast<double>(i), 1e-12) << "moment " << i;
+  }
+  // Twenty samples in a window: a mean of about twenty independent errors
+  EXPECT_NEAR(measured(line(0.0, 0.00025)).errors[2], 0.3 / std::sqrt(20.0), 0.003);
+  // A window that holds half of one line and half of the next
+  datasets::Curve kinked{.time = {0.0, 0.01, 0.03}, .value = {0.0, 1.0, 1.0}};
+  EXPECT_NEAR(measured(kinked).values[2], (0.5 * 0.875 + 0.5), 1e-12);
 }
 
 TEST(OwnCurve, NumbersAndCurvesOfOneQuantityAreRefused) {
