@@ -167,8 +167,8 @@ std::vector<std::string> calibrate_twin(const Study& study, int number) {
   double processor = 0.0;
   for (const calibrate::JournalRow& row : journal.rows()) processor += row.run.seconds;
   // 3. What it says, beside the truth
-  for (const std::string& warning : result.experiments.front().warnings)
-    fmt::print("twin {}: {}\n", number, warning);
+  for (const datasets::Warning& warning : result.experiments.front().warnings)
+    fmt::print("twin {}: {}\n", number, warning.text);
   std::vector<std::string> cells = bench::parameter_cells(experiment, truth, result.calibrated);
   cells.insert(cells.begin(), std::to_string(number));
   cells.insert(cells.end(),

@@ -97,8 +97,9 @@ class JsonReader {
   template <class T>
   JsonReader& operator()(const char* name, std::optional<T>& value) {
     value.reset();
-    if (json_.is_object() && json_.contains(name)) (*this)(name, value.emplace());
-    return *this;
+    if (!json_.is_object() || !json_.contains(name)) return *this;
+    value = T{};
+    return (*this)(name, *value);
   }
 
   template <class T>

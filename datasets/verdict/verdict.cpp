@@ -194,7 +194,9 @@ std::string phrase_of(const std::string& name) {
 
 Parameters parameters_of(const Json& result) {
   Parameters all;
-  for (const auto& [name, parameter] : at(result, {"parameters"}).items()) {
+  for (const auto& item : at(result, {"parameters"}).items()) {
+    const std::string& name = item.key();
+    const auto& parameter = item.value();
     const std::string status = text(parameter, {"status"});
     const auto is_unfinished = [&](const char* end) {
       return text(parameter, {end}) == "budget_ended";

@@ -234,7 +234,9 @@ void add_shares(const RunData& data, const std::vector<Observable>& observables,
   if (!shares.is_object()) return;
   TableView table("What is left of the objective at these parameters",
                   {{"Quantity", Align::left}, {"Objective of it alone"}});
-  for (const auto& [kind, share] : shares.items()) {
+  for (const auto& item : shares.items()) {
+    const std::string& kind = item.key();
+    const auto& share = item.value();
     const auto found = std::find_if(observables.begin(),
                                     observables.end(),
                                     [&](const Observable& one) { return one.name == kind; });

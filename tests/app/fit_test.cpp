@@ -194,7 +194,7 @@ TEST_F(FitTables, UncertaintiesThatAreNoneAreRefusedWithTheirLine) {
                                     std::pair("W_std_kg_per_h", "nan"),
                                     std::pair("flow_rate_uncertainty_g_per_s", "inf")}) {
     int number = 0;
-    const auto row = [&](double D, double W) {
+    const auto row = [&, bad = bad](double D, double W) {
       return fmt::format("{},{},1450,3,{}", 1e3 * D, 1e3 * W, ++number == 4 ? bad : "0.5");
     };
     expect_refusal(

@@ -241,8 +241,10 @@ TEST(ForeignText, WhatIsNoTextIsCalledByItsName) {
       {"TDSm ..", {".tdms", "CSV"}},
       {"<html><table>", {"web page or XML", "CSV"}},
       {"\xff\xfe\x41\x00\x42"s, {"UTF-16", "broken"}}};
-  for (const auto& [content, words] : files)
-    expect_words(complaint([&] { read_csv(folder.write("t.csv", content)); }), words);
+  for (const auto& [content, words] : files) {
+    const std::string file = folder.write("t.csv", content);
+    expect_words(complaint([&] { read_csv(file); }), words);
+  }
 }
 
 // --- Headers ---

@@ -54,7 +54,7 @@ TEST(SphereOutline, IsTheTangentCone) {
   }
 }
 
-constexpr CalibrationOptions of_720{.width = 720, .height = 576};
+const CalibrationOptions of_720{.width = 720, .height = 576};
 
 std::vector<CameraReference> see(const Camera& camera, int count, double noise_px) {
   std::vector<CameraReference> layout;
