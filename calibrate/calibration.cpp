@@ -14,12 +14,20 @@ namespace {
 
 constexpr int alternatives = 4;  // parameter sets that show what their uncertainty does
 
+// A bed of which the outline is all that is seen is simulated with all of its grains.
+bool simulates_outlines(const Problem& problem) {
+  return std::any_of(problem.scenes.begin(), problem.scenes.end(), [](const ProblemScene& scene) {
+    return scene.spec.record.outline.has_value();
+  });
+}
+
 // As a score is told everywhere: of the mean over as many runs, whatever else is calibrated with
-// it.
+// it. Outlines have no such score.
 ConfirmationOptions confirmation_of(const Problem& problem, const CalibrationOptions& options) {
   ConfirmationOptions how{.seed = options.seed, .runs = options.confirmation_seeds, .halved = 1};
   if (problem.simulates_each_replicate()) return how;
-  how.runs = std::max(how.runs, CalibrationOptions{}.confirmation_seeds);
+  if (!simulates_outlines(problem))
+    how.runs = std::max(how.runs, CalibrationOptions{}.confirmation_seeds);
   how.halved = how.runs;
   return how;
 }
@@ -36,11 +44,14 @@ int simulations_of_confirmations(std::span<const CalibratedExperiment> experimen
   return simulations;
 }
 
-// Times that the search simulates each scene of an experiment which averages over seeds.
-int repeats_of(std::span<const CalibratedExperiment> experiments,
+// Times that a search for `count` experiments simulates each scene of this one: where it averages
+// over seeds, over as many as alone.
+int repeats_of(const CalibratedExperiment& one,
+               std::size_t count,
                const CalibrationOptions& options) {
-  if (experiments.size() == 1) return 1;
-  return std::max(1, CalibrationOptions{}.search_seeds / std::max(1, options.search_seeds));
+  if (count == 1 || one.problem->simulates_each_replicate()) return 1;
+  const int alone = default_options({&one, 1}).search_seeds;
+  return std::max(1, alone / std::max(1, options.search_seeds));
 }
 
 // All experiments as the search compares them, and the scenes that it simulates.
@@ -57,7 +68,7 @@ void add_searched(const CalibratedExperiment& one,
   compared.weight = one.weight;
   const std::vector<Scene> scenes =
       scenes_of(*one.problem, one.problem->calibrated_scenes, engine_options);
-  if (repeats > 1 && !one.problem->simulates_each_replicate()) {
+  if (repeats > 1) {
     Layout repeated_layout = compared.layout;
     repeated_layout.scenes = 0;
     for (ComparedCondition& condition : repeated_layout.conditions) {
@@ -125,13 +136,6 @@ void name_second_experiment(const Problem& problem, ExperimentResult& result) {
                   problem.experiment.rig.complement));
 }
 
-// A bed of which the outline is all that is seen is simulated with all of its grains.
-bool simulates_outlines(const Problem& problem) {
-  return std::any_of(problem.scenes.begin(), problem.scenes.end(), [](const ProblemScene& scene) {
-    return scene.spec.record.outline.has_value();
-  });
-}
-
 }  // namespace
 
 CalibrationOptions default_options(std::span<const CalibratedExperiment> experiments) {
@@ -153,7 +157,7 @@ CalibrationOptions default_options(std::span<const CalibratedExperiment> experim
     options = {.budget = 40,
                .search_seeds = 2,
                .gate_seeds = 2,
-               .confirmation_seeds = 6,
+               .confirmation_seeds = 4,
                .choice_candidates = 3};
   }
   options.largest_time_step_fraction = 1.0;
@@ -166,12 +170,10 @@ CalibrationOptions default_options(std::span<const CalibratedExperiment> experim
 
 double expected_cost(std::span<const CalibratedExperiment> experiments,
                      const CalibrationOptions& options) {
-  const int repeats = repeats_of(experiments, options);
   std::size_t scenes = 0;
   for (const CalibratedExperiment& one : experiments) {
-    const bool is_repeated = !one.problem->simulates_each_replicate();
-    scenes +=
-        one.problem->calibrated_scenes.size() * static_cast<std::size_t>(is_repeated ? repeats : 1);
+    const int repeats = repeats_of(one, experiments.size(), options);
+    scenes += one.problem->calibrated_scenes.size() * static_cast<std::size_t>(repeats);
   }
   return expected_cost(scenes, options) + simulations_of_confirmations(experiments, options);
 }
@@ -193,10 +195,9 @@ CalibrationResult calibrate(const datasets::Experiment& common,
                             const EngineOptions& engine_options,
                             const CalibrationOptions& options) {
   // 1. All experiments as one
-  const int repeats = repeats_of(experiments, options);
   Searched searched;
   for (const CalibratedExperiment& one : experiments)
-    add_searched(one, repeats, engine_options, searched);
+    add_searched(one, repeats_of(one, experiments.size(), options), engine_options, searched);
   const auto comparison = std::make_shared<ChannelComparison>(
       std::move(searched.compared), experiments.front().problem->calibrated->form());
   Ensemble ensemble(std::move(searched.scenes), journal, comparison, executor);

@@ -41,9 +41,9 @@ double expected_cost(std::span<const CalibratedExperiment> experiments,
 ProblemParts parts_of(std::span<const CalibratedExperiment> experiments);
 
 // `common` states what is tuned. Deterministic in problems, options and engines; resumes by being
-// run again on the same journal. Where an evaluation has few seeds, because one experiment
-// simulates every replicate, conditions of the others are simulated several times with each of
-// them: a single run is as noisy as a replicate. Throws TooManyFailures.
+// run again on the same journal. Where an evaluation has fewer seeds than an experiment would have
+// alone, because another one simulates every replicate, say, its conditions are simulated several
+// times with each of them: a single run is as noisy as a replicate. Throws TooManyFailures.
 CalibrationResult calibrate(const datasets::Experiment& common,
                             std::span<const CalibratedExperiment> experiments,
                             Journal& journal,

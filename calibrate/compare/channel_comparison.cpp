@@ -21,6 +21,32 @@ std::vector<double> mirrored(std::vector<double> near, std::span<const double> f
   return near;
 }
 
+// Degrees of freedom from which on the seeds of a pair of evaluations tell enough of themselves: of
+// as many seeds as a search takes where it can (CalibrationOptions::search_seeds).
+constexpr double enough_freedom = 5.0;
+
+// Of displacements of different evaluations by the same seed; 0 where there is one evaluation.
+double mean_correlation(const std::vector<std::vector<std::vector<double>>>& displacements) {
+  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t a = 0; a < displacements.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      double both = 0.0, first = 0.0, second = 0.0;
+      for (std::size_t seed = 0; seed < displacements[a].size(); ++seed) {
+        both += product(displacements[a][seed], displacements[b][seed]);
+        first += product(displacements[a][seed], displacements[a][seed]);
+        second += product(displacements[b][seed], displacements[b][seed]);
+      }
+      if (first > 0.0 && second > 0.0) sum += both / std::sqrt(first * second);
+      ++count;
+    }
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
 // The weighted mean of what is known.
 class KindMean {
  public:
@@ -469,15 +495,111 @@ ReplicateVariance ChannelComparison::replicate_variance(const Evaluation& first,
   return sum;
 }
 
+// A mean of n runs without one of them lies off the mean of all by sqrt(n - 1) times less than that
+// lies off what more runs would give. Where seeds do the same at all parameters, more evaluations
+// tell no more of them: with their mean correlation r, E evaluations are worth E/(1 + (E - 1) r^2).
+std::vector<SeedScatter> ChannelComparison::seed_scatter(
+    std::span<const Evaluation> evaluations) const {
+  std::vector<SeedScatter> all;
+  for (std::size_t i = 0; i < experiments_.size(); ++i) {
+    for (std::size_t c = 0; c < experiments_[i].layout.conditions.size(); ++c) {
+      SeedScatter& scatter = all.emplace_back();
+      if (experiments_[i].layout.conditions[c].is_paired) continue;
+      std::size_t n = 0;
+      for (const Evaluation& evaluation : evaluations) {
+        if (evaluation.failed > 0) continue;
+        const std::span<const SimulatedRun> runs = runs_of(evaluation.runs, i);
+        const std::vector<std::size_t> stratum = strata_of(i, runs.size())[c];
+        n = stratum.size();
+        if (n < 2) break;
+        const Digests digests = digest(i, runs);
+        const std::vector<double> whole = residuals_of(i, digests, {}, {});
+        std::vector<std::vector<double>>& own = scatter.displacements.emplace_back();
+        std::vector<int> weights(runs.size(), 1);
+        for (const std::size_t run : stratum) {
+          weights[run] = 0;
+          std::vector<double> moved = residuals_of(i, digests, weights, {});
+          weights[run] = 1;
+          for (std::size_t k = 0; k < moved.size(); ++k)
+            moved[k] = std::sqrt(static_cast<double>(n) - 1.0) * (moved[k] - whole[k]);
+          own.push_back(std::move(moved));
+        }
+      }
+      const auto count = static_cast<double>(scatter.displacements.size());
+      if (count < 1.0) continue;
+      const double alike = std::max(0.0, mean_correlation(scatter.displacements));
+      scatter.freedom =
+          (static_cast<double>(n) - 1.0) * count / (1.0 + (count - 1.0) * alike * alike);
+    }
+  }
+  return all;
+}
+
+const SeedScatter* ChannelComparison::scatter_of(std::size_t i,
+                                                 std::size_t condition,
+                                                 const PooledChance& chance) const {
+  if (chance.seeds.empty()) return nullptr;
+  std::size_t place = condition;
+  for (std::size_t before = 0; before < i; ++before)
+    place += experiments_[before].layout.conditions.size();
+  return &chance.seeds[place];
+}
+
+// Variance of L(z1 + a) - L(z2 + b), a and b being displacements of two evaluations by the same
+// seed: what seeds do to both alike drops out. Near the best, where the loss has no slope, its
+// curvature makes most of it.
+double ChannelComparison::pooled_seed_variance(std::size_t i,
+                                               const Digests& first,
+                                               const Digests& second,
+                                               const SeedScatter& scatter) const {
+  const auto moved = [&](const Digests& digests) {
+    const std::vector<double> whole = residuals_of(i, digests, {}, {});
+    std::vector<std::vector<double>> all;
+    for (const auto& of_evaluation : scatter.displacements) {
+      std::vector<double>& own = all.emplace_back();
+      for (const std::vector<double>& displacement : of_evaluation) {
+        std::vector<double> z = whole;
+        for (std::size_t k = 0; k < z.size(); ++k) z[k] += displacement[k];
+        own.push_back(loss_of_part(i, z));
+      }
+    }
+    return all;
+  };
+  const auto near = moved(first), far = moved(second);
+  double sum = 0.0, squares = 0.0;
+  int count = 0;
+  for (std::size_t a = 0; a < near.size(); ++a) {
+    for (std::size_t b = 0; b < far.size(); ++b) {
+      if (a == b && near.size() > 1) continue;
+      for (std::size_t seed = 0; seed < near[a].size(); ++seed) {
+        const double apart = near[a][seed] - far[b][seed];
+        sum += apart;
+        squares += apart * apart;
+        ++count;
+      }
+    }
+  }
+  return count == 0 ? 0.0 : squares / count - std::pow(sum / count, 2);
+}
+
 std::vector<VarianceComponent> ChannelComparison::seed_variances(std::size_t i,
                                                                  const Digests& first,
                                                                  const Digests& second,
-                                                                 std::size_t runs) const {
+                                                                 std::size_t runs,
+                                                                 const PooledChance& chance) const {
   std::vector<VarianceComponent> components;
   std::vector<int> weights(runs, 1);
   const auto strata = strata_of(i, runs);
   for (std::size_t c = 0; c < strata.size(); ++c) {
     if (experiments_[i].layout.conditions[c].is_paired) continue;
+    const double own_freedom = std::max(1.0, static_cast<double>(strata[c].size()) - 1.0);
+    const SeedScatter* scatter = scatter_of(i, c, chance);
+    if (scatter != nullptr && own_freedom < enough_freedom && scatter->freedom > own_freedom) {
+      components.push_back(
+          {std::pow(experiments_[i].weight, 2) * pooled_seed_variance(i, first, second, *scatter),
+           scatter->freedom});
+      continue;
+    }
     std::vector<double> values;
     for (const std::size_t run : strata[c]) {
       weights[run] = 0;
@@ -485,7 +607,7 @@ std::vector<VarianceComponent> ChannelComparison::seed_variances(std::size_t i,
       weights[run] = 1;
     }
     const double error = experiments_[i].weight * jackknife_error(values);
-    components.push_back({error * error, std::max(1.0, static_cast<double>(values.size()) - 1.0)});
+    components.push_back({error * error, own_freedom});
   }
   return components;
 }
@@ -545,7 +667,7 @@ double ChannelComparison::half_width_of_difference(const Evaluation& first,
           {chance.cost_of_own_widths * (weight * weight * variance.by_own_widths), freedom});
     }
     for (const VarianceComponent& component :
-         seed_variances(i, digest(i, one), digest(i, other), one.size()))
+         seed_variances(i, digest(i, one), digest(i, other), one.size(), chance))
       components.push_back(component);
   }
   components.push_back(

@@ -74,8 +74,11 @@ class ChannelComparison final : public Comparison {
   // 1953).
   ReplicateVariance replicate_variance(const Evaluation& first,
                                        const Evaluation& second) const override;
-  // From the replicates' part, by own widths times their cost, and the seeds' jackknife; where
-  // replicates and their simulations are paired, they are one part.
+  // Of every experiment and condition in their order; nothing of those that are paired.
+  std::vector<SeedScatter> seed_scatter(std::span<const Evaluation> evaluations) const override;
+  // From the replicates' part, by own widths times their cost, and the seeds': their jackknife, or
+  // what is pooled of them where that has more degrees of freedom. Where replicates and their
+  // simulations are paired, they are one part.
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
                                   const PooledChance& chance) const override;
@@ -139,7 +142,14 @@ class ChannelComparison final : public Comparison {
   std::vector<VarianceComponent> seed_variances(std::size_t i,
                                                 const Digests& first,
                                                 const Digests& second,
-                                                std::size_t runs) const;
+                                                std::size_t runs,
+                                                const PooledChance& chance) const;
+  double pooled_seed_variance(std::size_t i,
+                              const Digests& first,
+                              const Digests& second,
+                              const SeedScatter& scatter) const;
+  // Of the condition in PooledChance::seeds; null where nothing was pooled.
+  const SeedScatter* scatter_of(std::size_t i, std::size_t condition, const PooledChance&) const;
   double distance(std::size_t i,
                   const Digests& first,
                   const Digests& second,

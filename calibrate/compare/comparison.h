@@ -34,12 +34,23 @@ struct RunScore {
   double agreement_percent = 0.0;  // NaN where there is no such thing
 };
 
+// What seeds move the residuals of an evaluation by, of one condition that is averaged over seeds:
+// an evaluation with two seeds knows it from one difference only, several together know it better.
+struct SeedScatter {
+  // By evaluation, then by seed: moved residuals minus residuals, as widely scattered as the mean
+  // of an evaluation's runs is
+  std::vector<std::vector<std::vector<double>>> displacements;
+  double freedom = 0.0;  // degrees of it
+};
+
 // What all evaluations together tell of chance, for the difference of any two.
 struct PooledChance {
   // Relative standard deviation of the objective from one parameter set to the next beyond what
   // seeds explain.
   double roughness = 0.0;
   double cost_of_own_widths = 1.0;  // see ReplicateVariance
+  // As Comparison::seed_scatter gives it; empty: every pair is judged by its own seeds
+  std::vector<SeedScatter> seeds = {};
 };
 
 // Variance of the difference of two objectives that comes from the replicates, judged by half
@@ -75,6 +86,8 @@ class Comparison {
   virtual ReplicateVariance replicate_variance(const Evaluation&, const Evaluation&) const {
     return {};
   }
+  // Condition by condition, of evaluations of the same seeds near the best.
+  virtual std::vector<SeedScatter> seed_scatter(std::span<const Evaluation>) const { return {}; }
   // By how much the objectives of two evaluations of the same seeds must differ to be told apart at
   // 95 %, when replicates and seeds could have been others. No new simulations are run.
   virtual double half_width_of_difference(const Evaluation& first,

@@ -90,10 +90,12 @@ double PooledRule::deviation(double value, double mean, const Mean& of) const {
   return nan;
 }
 
-// Replicates that agree by luck are not more exact than each of them says of itself.
+// Replicates that agree by luck are not more exact than each of them says of itself: the mean
+// square of what single values state.
 PooledRule::Scatter PooledRule::find_scatter(std::optional<std::size_t> left_out) const {
   Scatter scatter;
   double squares = 0.0, within = 0.0;
+  int stated = 0;
   for (const ComparedCondition& condition : layout_.conditions) {
     std::vector<std::size_t> own;
     for (const std::size_t r : condition.replicates) {
@@ -110,13 +112,14 @@ PooledRule::Scatter PooledRule::find_scatter(std::optional<std::size_t> left_out
         if (!std::isnan(apart)) squares += std::pow(apart, 2);
         if (channel.errors.empty() || std::isnan(channel.errors[i])) continue;
         const double relative_to = shape_.relative == Relative::to_mean ? channel.values[i] : 1.0;
-        within +=
-            std::pow(channel.errors[i] / relative_to, 2) / static_cast<double>(replicates_.size());
+        within += std::pow(channel.errors[i] / relative_to, 2);
+        ++stated;
       }
     }
     for (const int count : known) scatter.freedom += std::max(0, count - 1);
   }
   if (scatter.freedom == 0) return scatter;
+  if (stated > 0) within /= stated;
   scatter.standard_deviation =
       std::max(std::sqrt(std::max(squares / scatter.freedom, within)), shape_.resolution);
   return scatter;

@@ -9,6 +9,8 @@ namespace graintruth::calibrate {
 
 namespace {
 
+constexpr std::size_t few_lowest = 9;  // evaluations that tell of chance near the best
+
 // So much worse than the best that nothing needs to be drawn or left out to tell. Where few numbers
 // are measured the best may be 0, and a residual of one is nothing unusual: rho(1) = 0.12.
 bool is_hopeless(const Evaluation& evaluation, const Evaluation& best) {
@@ -177,10 +179,9 @@ std::string_view name_of(EndKind end) {
 }
 
 double noise_of_lowest(const Comparison& comparison, std::span<const Evaluation> evaluations) {
-  constexpr std::size_t few = 9;
   constexpr double least = 1.0e-9;  // no logarithm of nothing
   std::vector<const Evaluation*> ranked = by_objective(evaluations);
-  ranked.resize(std::min(few, ranked.size()));
+  ranked.resize(std::min(few_lowest, ranked.size()));
   std::vector<double> noise;
   for (const Evaluation* evaluation : ranked) noise.push_back(comparison.noise(evaluation->runs));
   std::sort(noise.begin(), noise.end());
@@ -215,7 +216,13 @@ PooledChance pool_chance(const Comparison& comparison,
     if (variance.by_own_widths > 0.0)
       costs.push_back(variance.by_widths_of_others / variance.by_own_widths);
   }
-  return {roughness, costs.empty() ? 1.0 : median(costs)};
+  // Where seeds scatter as they do near the best
+  std::vector<Evaluation> lowest;
+  for (const Evaluation* evaluation : by_objective(evaluations)) {
+    if (lowest.size() == few_lowest || is_hopeless(*evaluation, best)) break;
+    lowest.push_back(*evaluation);
+  }
+  return {roughness, costs.empty() ? 1.0 : median(costs), comparison.seed_scatter(lowest)};
 }
 
 Excess excess_over(const Comparison& comparison,

@@ -74,6 +74,22 @@ TEST(PooledComparison, RatesCountByTheirOwnScatter) {
     EXPECT_NEAR(value, kind == "discharge_rate" ? pseudo_huber(z) : 0.0, 1e-9) << kind;
 }
 
+// Three replicates that agree by luck, of ten values each: a value is as uncertain as it says,
+// however many there are.
+TEST(PooledComparison, ValuesAreNoMoreExactThanTheySayAndNoLess) {
+  constexpr double error = 0.1;
+  constexpr std::size_t values = 10;
+  const Channel channel{.values = std::vector<double>(values, 3.0),
+                        .errors = std::vector<double>(values, error)};
+  const Layout layout{.conditions = {{.replicates = {0, 1, 2}, .scenes = {0}}}, .scenes = 1};
+  const PooledRule rule(0,
+                        ChannelShape{},
+                        [](const Channel& measured) { return measured.values; },
+                        layout,
+                        {channel, channel, channel});
+  EXPECT_NEAR(rule.scatter().standard_deviation, error, 1e-12);
+}
+
 TEST(PooledComparison, FailedAndJammedRunsAreResults) {
   const ComparedExperiment bin = filmed(0.03, 1);
   const ChannelComparison comparison({bin});
