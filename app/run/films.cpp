@@ -295,12 +295,15 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
   std::vector<double> shares(count, 0.0);
   std::atomic<bool> failed = false;
   std::mutex mutex;
+  const auto filmed =
+      std::count_if(specs.begin(), specs.end(), [](const auto& spec) { return spec.has_value(); });
   const auto show = [&](std::size_t i, double share) {
     const std::lock_guard lock(mutex);
     shares[i] = share;
     double sum = 0.0;
     for (const double each : shares) sum += each;
-    progress.show("tracking", sum / static_cast<double>(count), fmt::format("{} films", count));
+    if (filmed > 0)
+      progress.show("tracking", sum / static_cast<double>(count), fmt::format("{} films", filmed));
   };
 
   // One film that cannot be used ends the work on the others.
@@ -358,6 +361,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
   TrackedFilms films;
   films.recordings = recordings_of(given);
   films.is_smeared.assign(count, 0);
+  films.event_times.assign(count, 0.0);
   films.doubts = compare_starts(experiment, films.recordings);
   add_seen(summaries, films.seen);
   for (const std::string& note : experiment.notes) films.warnings.emplace_back(note);
@@ -376,6 +380,7 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
         datasets::write_tracks(copy, *films.recordings[i].tracks);
       continue;
     }
+    films.event_times[i] = summaries[i].value("event_time_s", 0.0);
     if (summaries[i].contains("bed")) {
       // Only its bed at rest can be followed, and it would look as if all else had left
       const Json& bed = summaries[i]["bed"];

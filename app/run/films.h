@@ -19,7 +19,8 @@ namespace graintruth::app {
 
 struct TrackedFilms {
   std::vector<datasets::Recording> recordings;  // in the order of the experiment file
-  std::vector<char> is_smeared;  // of the same length: moving particles cannot be followed
+  std::vector<double> event_times;  // s of film; of the same length, 0 where there is no film
+  std::vector<char> is_smeared;     // of the same length: moving particles cannot be followed
   std::map<std::string, std::string> input_hashes;  // file name -> content hash
   // What puts a replicate in doubt: said before everything else
   std::vector<datasets::Warning> doubts;

@@ -32,7 +32,7 @@ void draw(Session& session,
   session.progress().show("drawing", 0.0, "film and simulation side by side");
   try {
     const calibrate::EngineRun run = simulate();
-    if (run.status != calibrate::RunStatus::completed || !run.recording.tracks) return;
+    if (run.status != calibrate::RunStatus::completed) return;
     const datasets::RunFolder& folder = session.folder();
     tracking::SideBySideFiles files{.film = folder.side_by_side()};
     for (std::size_t i = 0; i < stills; ++i) files.stills.push_back(folder.side_by_side_still(i));
@@ -41,8 +41,9 @@ void draw(Session& session,
         {.film = datasets::film_of(experiment, replicate),
          .recorded = tracking::as_recorded(datasets::make_tracking_spec(experiment, replicate),
                                            replicate.video),
-         .filmed = *session.films().recordings[replicate_number].tracks,
-         .simulated = *run.recording.tracks},
+         .event_time = session.films().event_times[replicate_number],
+         .filmed = session.films().recordings[replicate_number],
+         .simulated = run.recording},
         files,
         is_interrupted);
     if (times.empty()) return;
@@ -89,7 +90,7 @@ void draw_side_by_side(Session& session,
   draw(session, static_cast<std::size_t>(replicate - replicates.begin()), [&] {
     calibrate::SimulationSpec spec =
         problem.spec_of(*scene, point.parameters, point.time_step_fraction, seed_of(session));
-    spec.record = {.tracks = true, .curves = {}};
+    if (!spec.record.outline) spec.record = {.tracks = true, .curves = {}};
     datasets::ScenePhase& last = spec.scene.phases.back();
     if (last.output_interval > film_interval) {
       last.duration = std::floor(last.duration / film_interval + 1e-9) * film_interval;

@@ -1,14 +1,17 @@
 // The free surface of a bed: the cut, the edge, what is lifted or turns, and whole drawn films.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/store/silhouette.h"
 #include "tests/tracking/drawn_film.h"
 #include "tests/tracking/drawn_shapes.h"
 #include "tracking/drawing/drawing.h"
+#include "tracking/film/side_by_side.h"
 #include "tracking/outline/colour_model.h"
 #include "tracking/outline/lift.h"
 #include "tracking/outline/turning.h"
@@ -359,6 +362,47 @@ TEST(OutlineTracker, TakesASinglePictureForAFilm) {
   std::filesystem::remove(file);
   EXPECT_EQ(tracked.outline.time.size(), 1u);
   EXPECT_EQ(tracked.outline.time.front(), 0.0);
+}
+
+// On the film the outline that was found; beside it the simulated bed, on the film's clock.
+TEST(SideBySide, ShowsABedByItsOutline) {
+  const DrawnHeap heap({{200, 205, 200}, {70, 70, 70}, {40, 50, 110}, {120, 110, 110}});
+  const DrawnFilm drawn(heap.pictures);
+  const TrackedBed tracked = track_bed(heap.spec, drawn.film());
+  datasets::Recording filmed, simulated;
+  filmed.outline = tracked.outline;
+  // As high as the heap, from a tenth of a second on
+  datasets::Outline& made = simulated.outline.emplace();
+  made.column = tracked.outline.column;
+  made.time = {0.0, 0.1};
+  made.height.assign(made.column.size(), std::nan(""));
+  const std::vector<double> surface = datasets::silhouette(heap.balls, made.column, {});
+  made.height.insert(made.height.end(), surface.begin(), surface.end());
+  SideBySideFiles files{.film = temporary("beside.mp4")};
+  for (int i = 0; i < 3; ++i) files.stills.push_back(temporary(fmt::format("{}.jpg", i)));
+  const std::vector<double> times = draw_side_by_side({.film = drawn.film(),
+                                                       .recorded = heap.spec,
+                                                       .event_time = tracked.summary.event_time_s,
+                                                       .filmed = filmed,
+                                                       .simulated = simulated},
+                                                      files,
+                                                      {});
+  ASSERT_EQ(times.size(), 3U);
+  EXPECT_NEAR(times.front(), 0.0, 0.5 / frame_rate);
+  EXPECT_NEAR(times.back(), 0.36, 0.5 / frame_rate + 0.04);
+  const auto right_of = [&](int still, double x, double z) {
+    const cv::Mat picture = cv::imread(files.stills[static_cast<std::size_t>(still)].string());
+    EXPECT_EQ(picture.cols, 480);
+    const Eigen::Vector2d at = pixel_of(x, z);
+    return picture.at<cv::Vec3b>(static_cast<int>(at.y()), 240 + static_cast<int>(at.x()));
+  };
+  const auto differ = [](const cv::Vec3b& a, const cv::Vec3b& b) { return cv::norm(a - b) > 30.0; };
+  const cv::Vec3b ground = right_of(2, 0.05, 0.09);
+  EXPECT_TRUE(differ(right_of(2, 0.005, 0.01), ground)) << "the bed is filled";
+  EXPECT_FALSE(differ(right_of(0, 0.005, 0.01), ground)) << "and is not there before";
+  EXPECT_TRUE(std::filesystem::exists(files.film));
+  std::filesystem::remove(files.film);
+  for (const auto& still : files.stills) std::filesystem::remove(still);
 }
 
 TEST(OutlineTracker, RefusesAFilmThatShowsNoGrainsWhereTheyMustBe) {

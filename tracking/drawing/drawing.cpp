@@ -104,6 +104,64 @@ void draw_rig(cv::Mat& picture,
     const double height = face->face_z + face->velocity_z * std::max(0.0, time);
     draw({face->left_x, height}, {face->right_x, height});
   }
+  if (!rig.outline) return;
+  const datasets::SeenOutline& bed = *rig.outline;
+  if (bed.mover) {
+    const Eigen::Vector2d moved = bed.mover->velocity * std::max(0.0, time);
+    const datasets::SeenOutline::Polygon& corners = bed.mover->drawing;
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      draw(corners[k] + moved, corners[(k + 1) % corners.size()] + moved);
+  }
+  if (!bed.drum) {
+    draw({bed.from_x, bed.floor_z}, {bed.to_x, bed.floor_z});
+    return;
+  }
+  constexpr int sides = 12;  // each of many pieces
+  const auto on_shell = [&](int side) -> Eigen::Vector2d {
+    const double angle = 2.0 * std::numbers::pi * side / sides;
+    return bed.drum->centre + bed.drum->radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  };
+  for (int side = 0; side < sides; ++side) draw(on_shell(side), on_shell(side + 1));
+}
+
+void draw_surface(cv::Mat& picture,
+                  const Camera& camera,
+                  const datasets::Outline& outline,
+                  std::size_t moment,
+                  const cv::Scalar& colour,
+                  int thickness) {
+  const double half = 0.5 * (outline.column[1] - outline.column[0]);
+  for (std::size_t k = 0; k < outline.column.size(); ++k) {
+    const double x = outline.column[k], z = outline.height[outline.index(moment, k)];
+    if (!std::isfinite(z)) continue;
+    draw_line(picture, camera.project(x - half, z), camera.project(x + half, z), colour, thickness);
+  }
+}
+
+void fill_bed(cv::Mat& picture,
+              const Camera& camera,
+              const datasets::Outline& outline,
+              std::size_t moment,
+              const datasets::SeenOutline& rig,
+              const cv::Scalar& colour) {
+  const double half = 0.5 * (outline.column[1] - outline.column[0]);
+  const auto lowest = [&](double x) {
+    if (!rig.drum) return rig.floor_z;
+    const double aside = std::min(std::abs(x - rig.drum->centre.x()), rig.drum->radius);
+    return rig.drum->centre.y() - std::sqrt(rig.drum->radius * rig.drum->radius - aside * aside);
+  };
+  for (std::size_t k = 0; k < outline.column.size(); ++k) {
+    const double z = outline.height[outline.index(moment, k)];
+    if (!std::isfinite(z)) continue;
+    const double left = outline.column[k] - half, right = outline.column[k] + half;
+    std::vector<cv::Point> corners;
+    for (const auto& [x, height] : {std::pair(left, std::min(z, lowest(left))),
+                                    {right, std::min(z, lowest(right))},
+                                    {right, z},
+                                    {left, z}})
+      corners.push_back(fixed(camera.project(x, height)));
+    cv::fillConvexPoly(picture, corners, colour, cv::LINE_8, drawing_shift);
+  }
 }
 
 void write_text(cv::Mat& picture,

@@ -45,14 +45,30 @@ void draw_axis(cv::Mat& picture,
                const Eigen::Vector2d& to,
                const DrawnBody& body);
 
-// Walls, and the moving face where it is at a time after the start event (s), as the experiment
-// states them.
+// Walls, and what moves where it is at a time after the start event (s), as the experiment states
+// them: a face; of a rig whose bed's outline is seen, its floor, and a tube, gate or drum.
 void draw_rig(cv::Mat& picture,
               const Camera& camera,
               const datasets::SeenRig& rig,
               double time,
               const cv::Scalar& colour,
               int thickness);
+
+// The free surface at one moment of an outline: a step for each column that is seen.
+void draw_surface(cv::Mat& picture,
+                  const Camera& camera,
+                  const datasets::Outline& outline,
+                  std::size_t moment,
+                  const cv::Scalar& colour,
+                  int thickness);
+
+// What lies below it, down to the rig's floor or the shell of its drum.
+void fill_bed(cv::Mat& picture,
+              const Camera& camera,
+              const datasets::Outline& outline,
+              std::size_t moment,
+              const datasets::SeenOutline& rig,
+              const cv::Scalar& colour);
 
 // With a dark rim, to be read on any ground.
 void write_text(cv::Mat& picture,

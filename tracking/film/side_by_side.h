@@ -6,16 +6,19 @@
 #include <functional>
 #include <vector>
 
+#include "datasets/experiment/recording.h"
 #include "datasets/experiment/tracking_spec.h"
-#include "datasets/store/trajectories.h"
 
 namespace graintruth::tracking {
 
+// Either shows grains that are followed, or both the outline of their bed. Of tracks the film has a
+// frame for every picture, and both have the same particles; each has its own times.
 struct FilmAndSimulation {
   datasets::Film film;
-  datasets::TrackingSpec recorded;          // as this film was made, see recording.h
-  const datasets::Trajectories& filmed;     // a frame for every picture of the film
-  const datasets::Trajectories& simulated;  // the same particles; on its own times
+  datasets::TrackingSpec recorded;  // as this film was made, see recording.h
+  double event_time = 0.0;          // s of film
+  const datasets::Recording& filmed;
+  const datasets::Recording& simulated;
 };
 
 struct SideBySideFiles {
