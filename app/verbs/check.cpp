@@ -411,8 +411,13 @@ void estimate(const CheckCommand& command,
   };
   const calibrate::SimulationSpec spec = spec_at(1.0);
   const std::optional<calibrate::EngineRun> trial = try_out(spec);
+  const int jobs = threads_of(command.common);
   if (!trial) {
-    fmt::print(". One takes more than {} s here\n", trial_time_limit.count());
+    const auto least = static_cast<double>(trial_time_limit.count());
+    fmt::print(". One takes more than {:.0f} s here, so all take more than {} on {} core(s)\n",
+               least,
+               duration_text(cost * least / jobs),
+               jobs);
     return;
   }
   if (trial->status != calibrate::RunStatus::completed) {
@@ -430,13 +435,17 @@ void estimate(const CheckCommand& command,
       check_walls(problem, recordings, spec.scene, *finer->recording.tracks, findings);
     return;
   }
-  const int jobs = threads_of(command.common);
+  const bool is_filmed =
+      std::any_of(experiment.replicates.begin(),
+                  experiment.replicates.end(),
+                  [](const datasets::Replicate& replicate) { return !replicate.video.empty(); });
   fmt::print(
       ". One took {:.2g} s here at the largest time step, so all take about {} on {} core(s). A "
-      "smaller time step can make this four times longer. Tracking is not included\n",
+      "smaller time step can make this four times longer{}\n",
       trial->seconds,
       duration_text(cost * trial->seconds / jobs),
-      jobs);
+      jobs,
+      is_filmed ? ". Tracking is not included" : "");
   if (trial->recording.tracks)
     check_walls(problem, recordings, spec.scene, *trial->recording.tracks, findings);
 }
