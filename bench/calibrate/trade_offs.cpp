@@ -53,8 +53,7 @@ void calibrate_and_tell(const char* heading, const datasets::Experiment& experim
       observable->conclude(twin.problem, result.confirmed, told);
   }
   told.warnings.insert(told.warnings.begin(), result.warnings.begin(), result.warnings.end());
-  for (const datasets::Warning& warning : told.warnings)
-    fmt::print("  Note: {}\n", warning.text);
+  for (const datasets::Warning& warning : told.warnings) fmt::print("  Note: {}\n", warning.text);
   std::fflush(stdout);
 }
 
