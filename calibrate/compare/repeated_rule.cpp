@@ -64,12 +64,14 @@ RepeatedRule::RepeatedRule(std::size_t channel,
                            const ChannelShape& shape,
                            datasets::ObjectiveForm form,
                            const Layout& layout,
-                           std::vector<Channel> replicates)
+                           std::vector<Channel> replicates,
+                           std::vector<double> lacking)
     : channel_(channel),
       shape_(shape),
       form_(form),
       layout_(layout),
-      replicates_(std::move(replicates)) {
+      replicates_(std::move(replicates)),
+      lacking_(std::move(lacking)) {
   for (const ComparedCondition& condition : layout_.conditions) {
     std::vector<const Channel*> own;
     for (const std::size_t r : condition.replicates) own.push_back(&replicates_[r]);
@@ -83,6 +85,9 @@ RepeatedRule::RepeatedRule(std::size_t channel,
       Others rest;
       for (const Spread& spread : spreads_of(others, shape_)) rest.mean.push_back(spread.mean);
       rest.half_widths = others.size() < 2 ? made.whole.half_widths : half_widths_of(others, 1);
+      // What two replicates know alone has no spread without one of them
+      for (std::size_t i = 0; i < rest.half_widths.size(); ++i)
+        if (!(rest.half_widths[i] > 0.0)) rest.half_widths[i] = made.whole.half_widths[i];
       made.without.push_back(std::move(rest));
     }
     targets_.push_back(std::move(made));
@@ -150,10 +155,10 @@ void RepeatedRule::append_residuals(const std::vector<double>& measured,
   for (std::size_t i = 0; i < measured.size(); ++i) {
     if (!(half_widths[i] > 0.0)) continue;
     double value = simulated.empty() ? std::numeric_limits<double>::quiet_NaN() : simulated[i];
-    // Where the simulation has no value: as if nothing had moved since the first moment
-    if (!std::isfinite(value)) value = measured[i % shape_.series];
+    if (!std::isfinite(value)) value = lacking_.empty() ? measured[i % shape_.series] : lacking_[i];
     const double z = difference(shape_.difference_of(i), value, measured[i]) / half_widths[i];
-    if (std::isfinite(z)) all.push_back(z);
+    // Nothing is known to differ; there are as many numbers whatever a simulation does
+    all.push_back(std::isfinite(z) ? z : 0.0);
   }
 }
 

@@ -17,12 +17,14 @@ class RepeatedRule final : public Rule {
   };
 
   // `channel` is the place of the observable's channel in a run; `replicates` are in the order of
-  // the layout's indices.
+  // the layout's indices. `lacking` is what counts where a simulation has no value; empty: what was
+  // measured at the first moment, as if nothing had moved.
   RepeatedRule(std::size_t channel,
                const ChannelShape& shape,
                datasets::ObjectiveForm form,
                const Layout& layout,
-               std::vector<Channel> replicates);
+               std::vector<Channel> replicates,
+               std::vector<double> lacking = {});
 
   const ChannelShape& shape() const { return shape_; }
   std::optional<Repeats> repeats() const override { return Repeats{shape_, false}; }
@@ -69,6 +71,7 @@ class RepeatedRule final : public Rule {
   datasets::ObjectiveForm form_;
   Layout layout_;
   std::vector<Channel> replicates_;
+  std::vector<double> lacking_;
   std::vector<Condition> targets_;
   std::size_t count_ = 0;  // residuals of all conditions
 };

@@ -208,9 +208,25 @@ double first_width(const Situation& situation) {
   return right > left ? right - left : 0.0;
 }
 
+std::vector<double> bottom_of(const Situation& situation) {
+  const datasets::SeenOutline& seen = *situation.rig.seen_outline;
+  std::vector<double> bottom = columns_of(situation);
+  for (double& x : bottom) {
+    if (!seen.drum) {
+      x = seen.floor_z;
+      continue;
+    }
+    const double radius = seen.drum->radius;
+    const double aside = std::min(std::abs(x - seen.drum->centre.x()), radius);
+    x = seen.drum->centre.y() - std::sqrt(radius * radius - aside * aside);
+  }
+  return bottom;
+}
+
 std::unique_ptr<Rule> rule_of_outlines(const RuleParts& parts,
                                        std::string_view observable,
-                                       double least_error) {
+                                       double least_error,
+                                       std::vector<double> lacking) {
   auto of = parts.of(observable);
   if (!of) return nullptr;
   const double grain = parts.situations->front().particle.diameter;
@@ -219,7 +235,8 @@ std::unique_ptr<Rule> rule_of_outlines(const RuleParts& parts,
       ChannelShape{.widths = Widths::own_replicates, .least_error = {least_error * grain}},
       parts.form,
       *parts.layout,
-      std::move(of->replicates));
+      std::move(of->replicates),
+      std::move(lacking));
 }
 
 void require_outline(const datasets::Experiment& experiment, std::string_view observable) {

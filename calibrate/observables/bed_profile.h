@@ -69,12 +69,16 @@ std::shared_ptr<const Observable> make_of_outlines(const datasets::Experiment& e
   return made;
 }
 
+// m, in every column: the floor, or the shell of a drum, which is seen where no grains are.
+std::vector<double> bottom_of(const Situation& situation);
+
 // The rule of values at many places or moments, each from its own replicates. What is claimed to be
-// known better than by `least_error` (grain diameters) counts as known so well. Null where nothing
-// was measured.
+// known better than by `least_error` (grain diameters) counts as known so well. `lacking` is what
+// counts where a simulation has no value (repeated_rule.h). Null where nothing was measured.
 std::unique_ptr<Rule> rule_of_outlines(const RuleParts& parts,
                                        std::string_view observable,
-                                       double least_error);
+                                       double least_error,
+                                       std::vector<double> lacking = {});
 
 inline constexpr const char* lacking_outline =
     "an outline of the bed: a film of it, or a table with columns time_s, column_m and height_m";

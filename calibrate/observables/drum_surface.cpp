@@ -58,7 +58,7 @@ class DrumSurface final : public Observable {
   }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
-    return rule_of_outlines(parts, name(), least_error);
+    return rule_of_outlines(parts, name(), least_error, bottom_of(parts.situations->front()));
   }
   void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
     tell_outlines(measured, results);

@@ -37,7 +37,7 @@ class FreeSurface final : public Observable {
   bool needs_outline() const override { return true; }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
-    return rule_of_outlines(parts, name(), least_error);
+    return rule_of_outlines(parts, name(), least_error, bottom_of(parts.situations->front()));
   }
   void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
     tell_outlines(measured, results);

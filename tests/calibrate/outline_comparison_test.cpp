@@ -2,6 +2,7 @@
 // themselves.
 #include <gtest/gtest.h>
 
+#include "calibrate/compare/repeated_rule.h"
 #include "calibrate/knowledge/uncertainty.h"
 #include "tests/calibrate/toy_heap.h"
 #include "tests/support/temporary_folder.h"
@@ -82,6 +83,34 @@ TEST_F(OutlineComparison, PooledSeedsScatterAsManyEvaluationsDo) {
   const Evaluation& best = best_of(evaluations);
   EXPECT_LT(problem.calibrated->half_width_of_difference(best, evaluations[1], chance),
             2.0 * largest);
+}
+
+// At its edge a bed is seen in some replicates only, and a simulated one may not reach there: there
+// are as many residuals whatever is left out, and what is bare counts as the bottom.
+TEST(RepeatedRule, HasAsManyResidualsWhateverIsNotSeen) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Channel> replicates = {
+      {.values = {5.0, 4.0, nan}}, {.values = {5.2, 4.4, 1.0}}, {.values = {5.4, 4.1, 2.0}}};
+  const Layout layout{.conditions = {{.replicates = {0, 1, 2}, .scenes = {0}}}, .scenes = 1};
+  const RepeatedRule rule(0,
+                          ChannelShape{.widths = Widths::own_replicates},
+                          datasets::ObjectiveForm::smooth,
+                          layout,
+                          replicates,
+                          {0.1, 0.1, 0.2});
+  const std::vector<SimulatedRun> runs = {{.channels = {{.values = {5.0, nan, nan}}}}};
+  const auto digest = rule.digest(runs);
+  const std::vector<double> all = rule.residuals(*digest, {}, {});
+  ASSERT_EQ(all.size(), 3U);
+  const auto& target = rule.target(0);
+  EXPECT_DOUBLE_EQ(all[1], (0.1 - target.mean[1]) / target.half_widths[1]);
+  EXPECT_DOUBLE_EQ(all[2], (0.2 - 1.5) / target.half_widths[2]);
+  for (const std::size_t replicate : {0U, 1U, 2U}) {
+    for (const auto mean : {Otherwise::Mean::as_it_is, Otherwise::Mean::without}) {
+      const Otherwise otherwise{.mean = mean, .replicate = replicate, .widths_without = replicate};
+      EXPECT_EQ(rule.residuals(*digest, {}, otherwise).size(), 3U) << replicate;
+    }
+  }
 }
 
 }  // namespace
