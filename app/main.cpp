@@ -154,7 +154,7 @@ void add_check(CLI::App& program, app::CheckCommand& command, int& status) {
   CLI::App& verb = add_verb(program,
                             "check",
                             "Say what calibrate will do, what is missing and how long it may take",
-                            "check datasets/micro/experiment.toml --out out/micro");
+                            "check datasets/heap/experiment.toml --out out/heap");
   add_experiment(verb, command.experiment);
   verb.add_option("--out", command.common.out, "Folder for the pictures (default: out/<name>)")
       ->type_name("DIR");

@@ -49,6 +49,7 @@ void draw(Session& session,
     if (times.empty()) return;
     nlohmann::ordered_json list = {{"replicate", replicate.name},
                                    {"film", folder.side_by_side().filename().string()},
+                                   {"shows", run.recording.outline ? "outline" : "particles"},
                                    {"stills", nlohmann::json::array()}};
     for (std::size_t i = 0; i < times.size(); ++i) {
       const auto file = std::filesystem::relative(files.stills[i], folder.root);

@@ -96,7 +96,8 @@ void print_what(const Experiment& experiment) {
                                experiment.measurement.last_time())
              : experiment.rig.seen_outline ? std::string()
                                            : std::string(" until the flow ends"));
-  if (experiment.tuned.size() > 1 && !experiment.rig.complement.empty()) {
+  const bool is_alone = experiment.part_of.empty();
+  if (is_alone && experiment.tuned.size() > 1 && !experiment.rig.complement.empty()) {
     fmt::print("beside it   {} tells apart parameters that this experiment may leave together\n",
                experiment.rig.complement);
   }

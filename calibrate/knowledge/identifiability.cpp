@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 
 #include "datasets/parameters/parameter.h"
 
@@ -16,15 +17,23 @@ namespace {
 constexpr double telling_correlation = 0.9;
 constexpr double open_share = 0.25;  // of the range of the search
 
+// What fits as well as the best: an interval, or all of the range where a parameter has an effect
+// that others make up for. Nothing where it has none, or the search had no time to look.
+std::optional<Interval> fitting_values(const CalibratedParameter& parameter) {
+  if (const auto& data = parameter.data_alone) {
+    if (data->below == EndKind::search_ended || data->above == EndKind::search_ended)
+      return std::nullopt;
+    return data->interval;
+  }
+  if (parameter.status != ParameterStatus::not_identified || !parameter.shows_effect)
+    return std::nullopt;
+  return Interval{parameter.lower_bound, parameter.upper_bound};
+}
+
 bool is_open(const CalibratedParameter& parameter) {
-  if (!parameter.data_alone) return false;
-  // What the search had no time to look at is not known to fit
-  if (parameter.data_alone->below == EndKind::search_ended ||
-      parameter.data_alone->above == EndKind::search_ended)
-    return false;
-  const Interval& interval = parameter.data_alone->interval;
-  return interval.upper - interval.lower >=
-         open_share * (parameter.upper_bound - parameter.lower_bound);
+  const auto interval = fitting_values(parameter);
+  return interval && interval->upper - interval->lower >=
+                         open_share * (parameter.upper_bound - parameter.lower_bound);
 }
 
 TradeOff trade_off_of(const std::vector<ParameterSet>& region,
@@ -97,8 +106,7 @@ std::vector<OpenPair> find_open_pairs(std::span<const CalibratedParameter> param
 }
 
 std::string words_on(const OpenPair& pair) {
-  const Interval& first = pair.first->data_alone->interval;
-  const Interval& second = pair.second->data_alone->interval;
+  const Interval first = *fitting_values(*pair.first), second = *fitting_values(*pair.second);
   return fmt::format(
       "The data hardly separate {} and {}. Values of the first from {:.2f} to {:.2f} and of the "
       "second from {:.2f} to {:.2f} fit as well as the best. {} would separate them.",

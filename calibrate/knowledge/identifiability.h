@@ -30,9 +30,10 @@ struct OpenPair {
   const CalibratedParameter* second = nullptr;
 };
 
-// Pairs of identified parameters whose 95 % intervals of the data alone both reach over a quarter
-// of the range of the search or more, but for those that trade off: the data may hold both loosely
-// without a direction along which one makes up for the other.
+// Pairs of parameters whose 95 % intervals of the data alone both reach over a quarter of the range
+// of the search or more, but for those that trade off: the data may hold both loosely without a
+// direction along which one makes up for the other. A parameter that shows an effect but fits with
+// every value once the others follow reaches over all of its range.
 std::vector<OpenPair> find_open_pairs(std::span<const CalibratedParameter> parameters,
                                       std::span<const TradeOff> trade_offs);
 

@@ -63,10 +63,13 @@ Section side_by_side_section(const RunData& data, Section section) {
   for (std::size_t i = 0; i < stills.size(); ++i)
     stills[i]["key"] = i == 0 || i == stills.size() / 2 || i + 1 == stills.size();
   const std::string replicate = text(pictures, {"replicate"});
+  const bool shows_outline = text(pictures, {"shows"}) == "outline";
   section.add_paragraph(fmt::format(
       "Left: the film {}, with what was found drawn on it. Right: one simulation at the parameters "
-      "of this page, as the same camera would see it. A particle has the same colour in both.{}",
+      "of this page, as the same camera would see it. {}{}",
       replicate,
+      shows_outline ? "The line over it is the outline of the film."
+                    : "A particle has the same colour in both.",
       words_on_start(data)));
   if (!stills.empty()) {
     section.add_template(

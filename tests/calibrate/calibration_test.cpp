@@ -266,8 +266,14 @@ TEST(Identifiability, TwoWideIntervalsAreSaidToBeHardlySeparated) {
   EXPECT_TRUE(find_open_pairs(all, std::span(&told, 1)).empty());
   all[1].data_alone->interval = {0.1, 0.2};
   EXPECT_TRUE(find_open_pairs(all, {}).empty());
-  all[1].data_alone.reset();  // not identified: that is said of it
+  // Not identified without any effect: that is said of it. With one, the other makes up for it
+  all[1].data_alone.reset();
+  all[1].status = ParameterStatus::not_identified;
   EXPECT_TRUE(find_open_pairs(all, {}).empty());
+  all[1].shows_effect = true;
+  const std::vector<OpenPair> made_up = find_open_pairs(all, {});
+  ASSERT_EQ(made_up.size(), 1U);
+  EXPECT_NE(words_on(made_up[0]).find("of the second from 0.00 to 0.60"), std::string::npos);
 }
 
 // A model whose fit is best at the largest step: the gate is not moved by it, a joint search is,

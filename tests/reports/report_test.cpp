@@ -335,6 +335,13 @@ TEST_F(Report, ShowsFilmAndSimulationOnOneClock) {
     EXPECT_NE(page.find(fmt::format("data-moment=\"{}\"", moment)), std::string::npos) << moment;
   EXPECT_NE(page.find("Left: the film rep2"), std::string::npos);
   EXPECT_NE(page.find("starts from the mean of all films"), std::string::npos);
+  EXPECT_NE(page.find("A particle has the same colour"), std::string::npos);
+  std::string beside = datasets::read_whole(folder_.side_by_side_list());
+  beside.insert(beside.find('{') + 1, "\"shows\": \"outline\", ");
+  datasets::write_whole(folder_.side_by_side_list(), beside);
+  page = build_report(folder_);
+  EXPECT_NE(page.find("The line over it is the outline of the film."), std::string::npos);
+  EXPECT_EQ(page.find("A particle has the same colour"), std::string::npos);
   const std::string content = datasets::read_whole(folder_.side_by_side_still(1));
   datasets::write_whole(folder_.side_by_side_still(1), content.substr(0, content.size() / 2));
   std::filesystem::remove(folder_.side_by_side_still(2));

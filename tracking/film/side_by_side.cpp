@@ -163,7 +163,7 @@ class OutlineHalves final : public Halves {
     fill_bed(picture, camera, simulated_, nearest(simulated_, own), *spec_.rig.outline, grains);
     draw_rig(picture, camera, spec_.rig, time, bar, 1);
     draw_filmed(picture, camera, time);
-    write_clock(picture, "simulation, and the film's outline", time);
+    write_clock(picture, "simulation", time);
     return picture;
   }
 
