@@ -227,7 +227,7 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
   const auto& [frames, times] = halves->chosen();
   if (frames.empty()) return {};
   const std::size_t stills = std::min(files.stills.size(), frames.size());
-  const auto frame_of_still = [&](std::size_t i) {
+  const auto frame_of_still = [&, &frames = frames](std::size_t i) {
     return stills < 2 ? 0 : i * (frames.size() - 1) / (stills - 1);
   };
 
