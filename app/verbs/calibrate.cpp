@@ -209,6 +209,7 @@ void calibrate_several(const CalibrateCommand& command, const datasets::JointExp
       whole.folder(), several.common, experiments, options, result, whole.seconds());
   conclude(command, options, result, result.simulated, journal, whole);
   for (std::size_t i = 0; i < problems.size(); ++i) {
+    if (lines[i].empty()) continue;  // an experiment without scores
     print_lines(command, {experiments[i].name + ":"});
     print_lines(command, lines[i]);
   }
