@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/beta.hpp>
 #include <cctype>
 #include <cmath>
 #include <numbers>
@@ -72,6 +72,7 @@ struct Tally {
   std::string title;
   bool is_predicted = false;
   int values = 0, differing = 0;
+  double independent = 0.0;  // that so many are worth; 0: all of them
 
   void add(double apart, double allowed) {
     if (!std::isfinite(apart) || !std::isfinite(allowed)) return;
@@ -87,8 +88,12 @@ Compared compare_values(const Tally& tally) {
   if (2 * tally.differing > tally.values) {
     fit = Fit::differs;
   } else if (tally.differing > 0) {
-    const boost::math::binomial chance(tally.values, by_chance);
-    if (cdf(complement(chance, tally.differing - 1)) < by_chance) fit = Fit::partly;
+    // Values that vary together differ together: as many as they are worth, with the same share
+    const double values =
+        tally.independent > 0.0 ? std::min<double>(tally.independent, tally.values) : tally.values;
+    const double differing = tally.differing * values / tally.values;
+    if (boost::math::ibeta(differing, values - differing + 1.0, by_chance) < by_chance)
+      fit = Fit::partly;
   }
   const char* predicted = tally.is_predicted ? " (predicted, not fitted)" : "";
   return {fit,
@@ -128,6 +133,9 @@ void add_channel(const Json& channel, Tally& tally) {
     if (is_direction(channel, i, measured.size())) apart = std::remainder(apart, std::numbers::pi);
     tally.add(apart, std::numbers::sqrt2 * 0.5 * (upper[i] - lower[i]));
   }
+  // Of several conditions together
+  const double independent = number(channel, {"independent_values"});
+  if (std::isfinite(independent)) tally.independent += independent;
 }
 
 Tally& tally_of(std::vector<Tally>& all, const std::string& title, bool is_predicted) {

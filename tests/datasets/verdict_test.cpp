@@ -203,6 +203,11 @@ TEST(Verdict, AllowsNumbersTheScatterOfBothMeans) {
   result["channels"] = numbers_of({1, 1, 1, 1, 1, 1, 1, 1.2, 1.2, 1.2});
   EXPECT_EQ(judge(result).mark, Mark::agrees_with_reservations);
   EXPECT_EQ(judge(result).reason, "Bulk density: 3 of 10 values differ by more than chance.");
+  // Columns that vary together differ together
+  result["channels"][0]["independent_values"] = 2.0;
+  EXPECT_EQ(judge(result).mark, Mark::agrees);
+  result["channels"][0]["independent_values"] = 9.0;
+  EXPECT_EQ(judge(result).mark, Mark::agrees_with_reservations);
 }
 
 TEST(Verdict, JudgesWhatWasPredictedByItself) {
