@@ -21,17 +21,24 @@ Scene cloud(bool planar, const Surfaces& surfaces, unsigned seed) {
   const int type =
       scene.add_type(make_clump(chain_of_spheres(3, 0.01, 0.012), {.density = 1500.0}));
   std::mt19937 random(seed);
+  // One draw a statement: compilers draw arguments of one call in different orders
   const auto part = [&] { return static_cast<double>(random()) / 2147483648.0 - 1.0; };
+  const auto parts = [&] {
+    const double z = part(), y = part(), x = part();
+    return Vec3(x, y, z);
+  };
   for (int i = 0; i < 4; ++i) {
     for (int k = 0; k < 3; ++k) {
       const Vec3 place(0.06 * (i - 1.5), 0.0, 0.06 * (k - 1.0));
       if (planar) {
-        const Vec2 velocity = -5.0 * into_plane(place) + 0.3 * Vec2(part(), part());
-        scene.add_planar_body(type, into_plane(place), 3.0 * part(), velocity, 5.0 * part());
+        const double v_z = part(), v_x = part(), spin = part(), angle = part();
+        const Vec2 velocity = -5.0 * into_plane(place) + 0.3 * Vec2(v_x, v_z);
+        scene.add_planar_body(type, into_plane(place), 3.0 * angle, velocity, 5.0 * spin);
       } else {
-        const Vec3 velocity = -5.0 * place + 0.3 * Vec3(part(), part(), part());
-        const Quat orientation = Quat(part(), part(), part(), part()).normalized();
-        scene.add_body(type, place, orientation, velocity, 5.0 * Vec3(part(), part(), part()));
+        const Vec3 velocity = -5.0 * place + 0.3 * parts();
+        const Vec3 axis = parts();
+        const Quat orientation = Quat(part(), axis.x(), axis.y(), axis.z()).normalized();
+        scene.add_body(type, place, orientation, velocity, 5.0 * parts());
       }
     }
   }
