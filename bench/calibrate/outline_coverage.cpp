@@ -1,6 +1,6 @@
 // How often 95 % intervals hold the truth where outlines of heaps are compared, on heaps in closed
 // form whose columns err together (tests/calibrate/toy_heap.h).
-//   bench_calibration_outline_coverage [REPEATS] [REPLICATES] [FIGURES.csv]
+//   bench_calibration_outline_coverage [FIGURES.csv] [REPEATS] [REPLICATES]
 #include <fmt/format.h>
 
 #include <boost/random/mersenne_twister.hpp>
@@ -28,9 +28,9 @@ struct Count {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int repeats = argc > 1 ? std::stoi(argv[1]) : 200;
-  const int replicates = argc > 2 ? std::stoi(argv[2]) : 3;
-  const std::filesystem::path figures = argc > 3 ? argv[3] : "outline_coverage.csv";
+  const std::filesystem::path figures = argc > 1 ? argv[1] : "outline_coverage.csv";
+  const int repeats = argc > 2 ? std::stoi(argv[2]) : 200;
+  const int replicates = argc > 3 ? std::stoi(argv[3]) : 3;
   const auto folder = std::filesystem::temp_directory_path() / "graintruth_outline_coverage";
   std::filesystem::create_directories(folder);
   const datasets::Experiment experiment = toy::heap_experiment(folder, replicates);

@@ -1,6 +1,6 @@
 // Outlines of beds that our own simulator makes at stated parameters, as tables that an experiment
-// file can name: the bundled heap and drum were made so (datasets/heap/README.md).
-//   bench_outline_tables EXPERIMENT.toml TRUTH.toml FIRST_SEED
+// file can name: the bundled heap was made so (datasets/heap/README.md).
+//   make_outline_tables EXPERIMENT.toml TRUTH.toml FIRST_SEED
 // TRUTH.toml: a table `name = value` of parameters. Replicate n of the file is simulated with the
 // seed FIRST_SEED + n - 1, seen as the file says, and written where the file expects its table,
 // with an error of 0.01 grain lengths (one standard deviation) on every height. Of a heap or a
@@ -56,7 +56,7 @@ void blur(double error, std::uint64_t seed, datasets::Outline& outline) {
 
 int main(int argc, char** argv) {
   if (argc != 4) {
-    fmt::print(stderr, "bench_outline_tables EXPERIMENT.toml TRUTH.toml FIRST_SEED\n");
+    fmt::print(stderr, "make_outline_tables EXPERIMENT.toml TRUTH.toml FIRST_SEED\n");
     return 2;
   }
   try {

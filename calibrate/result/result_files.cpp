@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
+#include "calibrate/compare/independent_values.h"
 #include "calibrate/result/result_json.h"
 #include "datasets/verdict/verdict.h"
 
@@ -32,51 +33,13 @@ Json axis_json(const Observable& observable, std::size_t values, const Situation
           {"values", numbers_json(observable.axis(situation))}};
 }
 
-// How many independent values a profile is worth whose neighbours vary together: with covariances C
-// of what replicates and simulations deviate from their own means, in units of each value's own
-// scatter, (tr C)^2 / tr C^2 (Bretherton et al. 1999). Of few replicates it is at most their
-// degrees of freedom. Values that never vary are worth nothing.
-double independent_values(std::span<const std::vector<std::vector<double>>> groups) {
-  // 1. Deviations from the mean of each group
-  std::vector<std::vector<double>> rows;
-  for (const auto& group : groups) {
-    if (group.size() < 2) continue;
-    std::vector<double> mean(group.front().size(), 0.0);
-    for (const auto& one : group)
-      for (std::size_t i = 0; i < mean.size(); ++i)
-        mean[i] += one[i] / static_cast<double>(group.size());
-    for (const auto& one : group) {
-      std::vector<double>& row = rows.emplace_back(one);
-      for (std::size_t i = 0; i < mean.size(); ++i)
-        row[i] = std::isfinite(row[i] - mean[i]) ? row[i] - mean[i] : 0.0;
-    }
-  }
-  if (rows.empty()) return 1.0;
-  for (std::size_t i = 0; i < rows.front().size(); ++i) {
-    double squares = 0.0;
-    for (const auto& row : rows) squares += row[i] * row[i];
-    for (auto& row : rows) row[i] = squares > 0.0 ? row[i] / std::sqrt(squares) : 0.0;
-  }
-  // 2. The traces by the products of rows, which are few
-  double trace = 0.0, trace_of_square = 0.0;
-  for (std::size_t a = 0; a < rows.size(); ++a) {
-    for (std::size_t b = 0; b < rows.size(); ++b) {
-      const double product =
-          std::inner_product(rows[a].begin(), rows[a].end(), rows[b].begin(), 0.0);
-      if (a == b) trace += product;
-      trace_of_square += product * product;
-    }
-  }
-  return trace_of_square > 0.0 ? std::max(1.0, trace * trace / trace_of_square) : 1.0;
-}
-
 // Of one condition, replicates and completed simulations apart.
-double independent_values(const Problem& problem,
-                          const Condition& condition,
-                          std::size_t place,
-                          const std::vector<SimulatedRun>& simulated,
-                          std::span<const std::size_t> scenes) {
-  std::vector<std::vector<std::vector<double>>> groups(2);
+double independent_values_of(const Problem& problem,
+                             const Condition& condition,
+                             std::size_t place,
+                             const std::vector<SimulatedRun>& simulated,
+                             std::span<const std::size_t> scenes) {
+  std::array<Repeats, 2> groups;
   for (const std::size_t replicate : condition.replicates)
     groups[0].push_back(problem.measured[replicate][place].values);
   const std::size_t seeds = simulated.size() / scenes.size();
@@ -127,7 +90,7 @@ Json channels_json(const Problem& problem,
       // Columns of an outline vary together
       if (observable.needs_outline() && band.mean.size() > 1)
         channels.back()["independent_values"] =
-            independent_values(problem, condition, place, simulated, scenes);
+            independent_values_of(problem, condition, place, simulated, scenes);
     }
   }
   return channels;
