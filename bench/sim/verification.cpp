@@ -15,6 +15,8 @@ const char* word_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::pass:
       return "PASS";
+    case Verdict::falls_short:
+      return "SHORT";
     case Verdict::fail:
       return "FAIL";
     case Verdict::not_run:
@@ -30,10 +32,9 @@ std::string text_of(double number) {
 }
 
 struct Tally {
-  int passed = 0, failed = 0, not_run = 0;
-  void count(Verdict verdict) {
-    (verdict == Verdict::pass ? passed : verdict == Verdict::fail ? failed : not_run) += 1;
-  }
+  int of[4] = {};
+  void count(Verdict verdict) { of[static_cast<int>(verdict)] += 1; }
+  int with(Verdict verdict) const { return of[static_cast<int>(verdict)]; }
 };
 
 std::string table_of(const Case& one, Tally& tally) {
@@ -61,16 +62,24 @@ int main(int argc, char** argv) {
   Tally tally;
   std::string tables;
   for (const Case& one : all_cases()) tables += table_of(one, tally);
-  const std::string sum = std::to_string(tally.passed) + " PASS, " + std::to_string(tally.failed) +
-                          " FAIL, " + std::to_string(tally.not_run) + " NOT RUN";
+  for (const Case& one : long_cases()) tables += table_of(one, tally);
+  std::string sum;
+  for (const Verdict verdict :
+       {Verdict::pass, Verdict::falls_short, Verdict::fail, Verdict::not_run}) {
+    if (!sum.empty()) sum += ", ";
+    sum += std::to_string(tally.with(verdict)) + " " + word_of(verdict);
+  }
   const std::string page =
       "# Verification of the simulator\n\n"
-      "Made by `./run verify`; do not edit. The same cases are tests (`ctest -R Verification`); "
-      "they are\n"
+      "Made by `./run verify`; do not edit. All cases but the last are tests too (`ctest -R "
+      "Verification`); they are\n"
       "defined in `tests/sim/cases/`. A residual is the worst of its line; tolerances are those of "
       "the\n"
       "source. Published curves that are not part of this repository are looked for in\n"
-      "`../shared/references`; without them their lines are NOT RUN, never PASS.\n\n" +
+      "`../shared/references`; without them their lines are NOT RUN, never PASS. SHORT: the "
+      "residual "
+      "is beyond\n"
+      "what is asked for, and known to be; tests hold it to where it is.\n\n" +
       sum + ".\n" + tables;
   const std::string draft = std::string(argv[1]) + ".part";
   std::ofstream out(draft);
@@ -81,5 +90,6 @@ int main(int argc, char** argv) {
     return EXIT_FAILURE;
   }
   std::cout << sum << '\n';
-  return tally.failed + tally.not_run == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+  const bool holds = tally.with(Verdict::fail) + tally.with(Verdict::not_run) == 0;
+  return holds ? EXIT_SUCCESS : EXIT_FAILURE;
 }

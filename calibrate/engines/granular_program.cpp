@@ -167,6 +167,7 @@ DeckScene deck_scene_of(const SimulationSpec& spec, std::string_view engine) {
     const ScenePhase& phase = scene.phases[p];
     const bool is_after = p >= static_cast<std::size_t>(scene.event_phase);
     (is_after ? after : before) += phase.duration;
+    use_surfaces(scene, phase, made.built.scene.surfaces);
     longest = std::min(longest,
                        sim::choose_time_step(made.built.scene,
                                              {.fraction = phase.time_step_fraction,

@@ -29,9 +29,11 @@ BodyKind<D> kind_of(const Clump& type) {
   if constexpr (D == 2) {
     kind.inertia = type.inertia.y();
     kind.inverse_inertia = 1.0 / type.inertia.y();
+    kind.least_turn = kind.inverse_inertia;
   } else {
     kind.inertia = plain(type.inertia);
     kind.inverse_inertia = plain(Vec3(type.inertia.cwiseInverse()));
+    kind.least_turn = 1.0 / type.inertia.maxCoeff();
   }
   const bool is_round =
       type.inertia.x() == type.inertia.y() && type.inertia.y() == type.inertia.z();

@@ -133,6 +133,8 @@ struct BodyKind {
   double inverse_mass = 0.0;  // 1/kg
   Tangent inertia = {};       // kg m2; planar: about y, spatial: principal
   Tangent inverse_inertia = {};
+  double least_turn =
+      0.0;  // 1/(kg m2); 1 over the largest principal moment, in the plane that about y
   double gyration = 0.0;  // 0 for equal principal moments, whose gyroscopic term is zero; else 1
   double bounding_radius = 0.0;  // m; largest distance of a surface point from the centre
   bool is_ball = false;          // a single sphere about the centre of mass

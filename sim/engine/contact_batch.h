@@ -65,9 +65,12 @@ struct ContactBatch {
   BatchScalars radius;                     // m; of the first sphere
   BatchScalars second_radius;              // m; (not with walls)
   MotionColumns<D, BatchNumbers> first, second;  // a wall's is that of its point at the origin
-  BatchScalars slip_time;     // s; how long the velocities have acted on this contact
+  double slip_time = 0.0;     // s; how long the velocities have acted on all that touched before
   BatchScalars inverse_mass;  // 1/kg; 1/m*
-  BatchTangents<D> spring;    // m
+  BatchScalars first_turn, second_turn;  // 1/(kg m2); least_turn of the bodies, of a wall 0
+  BatchTangents<D> spring_before;        // m
+  // 1 where the second body goes with its velocity, 0 for walls, whose point at the origin stays
+  double second_goes = 1.0;
 
   // Geometry of the contact
   BatchScalars overlap;                          // m
@@ -76,7 +79,17 @@ struct ContactBatch {
   BatchScalars stiffness;                        // N/m; tangent
   BatchScalars sum_of_stiffness, contact_count;  // of the group; the count under one law alone
 
-  // What the law gives; `spring` is advanced
+  // What follows from place and motion alone
+  BatchVectors<D> lever;              // m; from the centre of the first body to the contact point
+  BatchTangents<D> slip;              // m; since the last step
+  BatchScalars pressure_gained;       // N; in half a step
+  BatchTangents<D> speed_gained;      // m/s; across the normal, in half a step
+  BatchScalars viscosity;             // N s/m; of the normal dashpot
+  BatchScalars tangential_stiffness;  // N/m
+
+  // What the law gives
+  BatchTangents<D> spring;            // m; advanced
+  BatchScalars ends;                  // within the step, 1 or 0
   BatchScalars normal_force;          // N
   BatchTangents<D> tangential_force;  // N
   BatchScalars slides;                // 1 or 0
@@ -102,6 +115,20 @@ template <int D>
 inline typename Motion<D>::Vector lever_of(const ContactBatch<D>& batch, int k) {
   const auto arm = batch.first_sphere.at(k) - batch.first.position.at(k);
   return arm + (batch.radius.at(k) - 0.5 * batch.overlap.at(k)) * batch.normal.at(k);
+}
+
+// m/s; how the second surface moves relative to the first at the contact point, by the velocities
+// that are predicted for now: that of the second body where the first one's centre is, and the
+// difference of the spins
+//   u(lever) = u(0) + (w_2 - w_1) x lever,   u(0) = v_2 + w_2 x (x_1 - x_2) - v_1
+template <int D>
+[[gnu::always_inline]] inline typename Motion<D>::Vector predicted_motion(
+    const ContactBatch<D>& batch, int k, typename Motion<D>::Vector lever) {
+  const auto offset = batch.first.position.at(k) - batch.second.position.at(k);
+  const auto spin = batch.second.spin_now.at(k);
+  return batch.second.velocity_now.at(k) + spin_velocity(spin, offset) -
+         batch.first.velocity_now.at(k) +
+         spin_velocity(spin - batch.first.spin_now.at(k), lever);
 }
 
 }  // namespace graintruth::sim

@@ -93,6 +93,34 @@ template <int D>
   }
 }
 
+// What the last step was for a contact.
+struct StepOfContact {
+  double slip_time;      // s; how long it has slipped
+  double half;           // s; half the step, none for a contact that is new
+  double dashpot_share;  // of a step that its dashpots act
+};
+
+// A contact that is new began within the last step, as long ago as the surfaces took to come so
+// deep: t = min(step, overlap / speed of approach). So long has it slipped.
+// Its dashpots must make up, with one push at the end of that time, for what they do from then
+// until half a step on. Theirs go as c ~ d^(1/4) ~ t^(1/4), so with x = t/step their share is
+//   [4/5 (x + 1/2)^(5/4) - (x + 1/2)^(-3/4)/100] / x^(1/4)
+// the first term the integral, the second what the midpoint rule of the later steps leaves out:
+// together -zeta(-1/4, 1 + x) (Hurwitz) to 1e-3 (Euler and Maclaurin). A constant dashpot has x +
+// 1/2. The elastic force, t^(3/2), needs none of this.
+inline StepOfContact first_step(bool is_linear, double step, double approach, double overlap) {
+  if (step == 0.0) return {0.0, 0.0, 1.0};
+  const double share = overlap / std::max(step * approach, overlap), later = share + 0.5;
+  const double dashpot_share =
+      is_linear ? later : std::sqrt(std::sqrt(later / share)) * (0.8 * later - 0.01 / later);
+  return {share * step, 0.0, dashpot_share};
+}
+
+// Mean of a stiffness that goes with the root of the overlap, while that grows evenly.
+inline double mean_of_roots(double from, double to) {
+  return 2.0 / 3.0 * (from * from + from * to + to * to) / (from + to);
+}
+
 // The force that presses, before the dashpot. Under a law with a memory, of which `remembered` is
 // carried on, it may depend on the past; so may the tangential spring.
 template <int D>
@@ -102,6 +130,7 @@ double remembered_force(const ChosenLaw& law,
                         int k,
                         double approach,
                         typename Motion<D>::Tangent& spring,
+                        typename Motion<D>::Tangent& slip,
                         RememberedContact<D>& remembered) {
   const double stiffness = batch.stiffness.at(k);
   ContactMemory<D>& memory = remembered.memory;
@@ -115,101 +144,262 @@ double remembered_force(const ChosenLaw& law,
   }
   if (law.tangential_spring == TangentialSpring::mindlin_scaled) {
     const double now = tangential_stiffness_of(law, pair, stiffness);
-    if (now > memory.stiffness) spring = (memory.stiffness / now) * spring;
+    if (now > memory.stiffness) {
+      spring = (memory.stiffness / now) * spring;
+      slip = (mean_of_roots(memory.stiffness, now) / now) * slip;
+    }
     memory.stiffness = now;
   }
   remembered.elastic_force = force;
   return force;
 }
 
-template <int D, class Law, class Pairs>
-[[gnu::always_inline]] inline void apply_law_to(const Law& law,
-                                                const Pairs& materials,
-                                                ContactBatch<D>& batch) {
-  // Copies of the last contact would carry its memory on once more
-  const bool remembers = !std::is_same_v<Law, DefaultLaw>;
-  const int rows = remembers ? batch.count : whole_rows(batch.count);
-#pragma GCC ivdep
-  for (int k = 0; k < rows; ++k) {
-    const PairMaterial& pair = materials.at(k);
-    const auto normal = batch.normal.at(k);
-    const double overlap = batch.overlap.at(k);
-    const double stiffness = batch.stiffness.at(k);
+inline double squared(double x) { return x * x; }
 
-    // 1. Relative motion of the two surfaces at the contact point, x1 + lever: that of the second
-    //    body where the first one's centre is, and the difference of the spins
-    //      u(lever) = u(0) + (w_2 - w_1) x lever,   u(0) = v_2 + w_2 x (x_1 - x_2) - v_1
-    //    Half a step back it stretches the springs, now it drives the dashpots.
-    const auto lever = lever_of(batch, k);
-    const auto offset = batch.first.position.at(k) - batch.second.position.at(k);
-    const auto spin = batch.second.spin.at(k), spin_now = batch.second.spin_now.at(k);
-    const auto relative_spin = spin - batch.first.spin.at(k);
-    const auto relative_spin_now = spin_now - batch.first.spin_now.at(k);
-    const auto moved = batch.second.velocity.at(k) + spin_velocity(spin, offset) -
-                       batch.first.velocity.at(k) + spin_velocity(relative_spin, lever);
-    const auto moving = batch.second.velocity_now.at(k) + spin_velocity(spin_now, offset) -
-                        batch.first.velocity_now.at(k) + spin_velocity(relative_spin_now, lever);
-    SurfaceMotion<D> motion;
-    motion.normal_speed = dot(moving, normal);
-    motion.tangential = tangential_part(moving, normal, motion.normal_speed);
-    motion.slip = batch.slip_time.at(k) * tangential_part(moved, normal, dot(moved, normal));
+// What a push at the contact point moves, the turning of the bodies included, 1/kg: across the
+// contact plane 1/m + |l x n|^2/I of both, along it 1/m + (l.n)^2/I, l the lever and I the largest
+// principal moment: exact in the layer and for balls. Several contacts between two bodies mostly
+// hold their turning about each other: across it is 1/m* for them.
+struct FeltMass {
+  double inverse_across, inverse_along;
+};
+template <int D>
+[[gnu::always_inline]] inline FeltMass felt_mass(const ContactBatch<D>& batch,
+                                                 int k,
+                                                 typename Motion<D>::Vector lever,
+                                                 typename Motion<D>::Vector offset) {
+  const auto normal = batch.normal.at(k), second_lever = lever + offset;
+  const double first_turn = batch.first_turn.at(k), second_turn = batch.second_turn.at(k);
+  const double inverse_mass = batch.inverse_mass.at(k);
+  const double reach = squared(dot(lever, normal));
+  const double second_reach = squared(dot(second_lever, normal));
+  const double along = inverse_mass + first_turn * reach + second_turn * second_reach;
+  const double across = inverse_mass + first_turn * (dot(lever, lever) - reach) +
+                        second_turn * (dot(second_lever, second_lever) - second_reach);
+  const bool is_alone = batch.sum_of_stiffness.at(k) == batch.stiffness.at(k);
+  return {is_alone ? across : inverse_mass, along};
+}
 
-    // 2. Contact law
-    const double dashpot = dashpot_per_stiffness(law,
-                                                 pair.normal_damping,
-                                                 batch.inverse_mass.at(k),
-                                                 batch.sum_of_stiffness.at(k),
-                                                 stiffness,
-                                                 batch.contact_count.at(k));
-    auto spring = batch.spring.at(k);
-    double elastic;
-    if constexpr (std::is_same_v<Law, DefaultLaw>) {
-      elastic = elastic_force(law, stiffness, overlap);
-    } else {
-      const double approach = -batch.slip_time.at(k) * dot(moved, normal);
-      elastic = remembered_force(law, pair, batch, k, approach, spring, batch.remembered[k]);
+inline double at_most_one(double x) { return x < 1.0 ? x : 1.0; }
+
+// How the surfaces of a contact move, and what follows from that alone.
+template <int D>
+struct RowMotion {
+  SurfaceMotion<D> surfaces;
+  HalfStep<D> half_step;
+  double viscosity;             // N s/m; of the normal dashpot
+  double tangential_stiffness;  // N/m
+  double slip_time;             // s
+  double dashpot_share;         // of a step that the dashpots act
+  double moved_apart;           // m/s; half a step back
+};
+
+// Under Pressure::of_now as if the contact had begun before the step.
+template <Pressure of, int D, class Law>
+[[gnu::always_inline]] inline RowMotion<D> motion_of_row(const Law& law,
+                                                         const PairMaterial& pair,
+                                                         ContactBatch<D>& batch,
+                                                         int k) {
+  const auto normal = batch.normal.at(k);
+  const double stiffness = batch.stiffness.at(k);
+
+  // Relative motion of the two surfaces at the contact point, x1 + lever
+  const auto lever = lever_of(batch, k);
+  batch.lever.set(k, lever);
+  const auto offset = batch.first.position.at(k) - batch.second.position.at(k);
+  const auto moving = predicted_motion(batch, k, lever);
+  // Half a step back it stretches the springs, now it drives the dashpots. The place of the contact
+  // on the second body was another then, and the overlap
+  const auto first = batch.first.velocity.at(k), second = batch.second.velocity.at(k);
+  const auto spin = batch.second.spin.at(k), relative_spin = spin - batch.first.spin.at(k);
+  const auto parting = first - batch.second_goes * second;
+  const auto carried = second - first + spin_velocity(relative_spin, lever);
+  StepOfContact step{batch.slip_time, 0.5 * batch.slip_time, 1.0};
+  if constexpr (of == Pressure::of_step) {
+    if (batch.was_touching[k] == kOpen) {
+      const double approach = -dot(carried + spin_velocity(spin, offset), normal);
+      step = first_step(
+          law.normal_spring == NormalSpring::linear, step.slip_time, approach, batch.overlap.at(k));
     }
-    const ContactForce<D> force = contact_force<D>(law,
-                                                   pair,
-                                                   motion,
-                                                   normal,
-                                                   elastic,
-                                                   stiffness,
-                                                   dashpot,
-                                                   batch.was_touching[k] == kSliding,
-                                                   spring);
-    batch.spring.set(k, spring);
-    batch.normal_force.set(k, force.normal);
-    batch.tangential_force.set(k, force.tangential);
-    batch.slides.set(k, force.slides ? 1.0 : 0.0);
-    batch.normal_speed.set(k, motion.normal_speed);
-    batch.tangential_speed.set(k, motion.tangential);
+  }
+  const double slip_time = step.slip_time, back = 0.5 * slip_time;
+  const auto moved_now = carried + spin_velocity(spin, offset - back * parting);
+  const double moved_apart = dot(moved_now, normal);
+  const auto moved = moved_now - 0.5 * back * moved_apart * spin_velocity(relative_spin, normal);
+  const auto moved_along = tangential_part(moved, normal, moved_apart);
 
-    // 3. On the second body; the first gets the opposite
-    const auto on_second = force.normal * normal + as_vector(force.tangential, normal);
-    batch.force.set(k, on_second);
-    const auto about_first = moment(lever, on_second);
-    batch.moment.set(k, about_first);
-    // About the second centre: that about the first and (x_1 - x_2) x force
-    batch.second_moment.set(k, about_first + moment(offset, on_second));
+  // The velocity of now is predicted with the force of the last step. Since then the springs of
+  // the group have gained K u dt, u of half a step back, and the dashpots c times twice what is
+  // predicted beyond u: half a step of that over the mass is lacking. Leapfrog swings too fast by
+  // w^2 dt^2/24, w^2 = K_t over that mass: the spring is softer by twice that
+  const double sum = batch.sum_of_stiffness.at(k);
+  const double dashpot = step.dashpot_share * dashpot_per_stiffness(law,
+                                                                    pair.normal_damping,
+                                                                    batch.inverse_mass.at(k),
+                                                                    sum,
+                                                                    stiffness,
+                                                                    batch.contact_count.at(k));
+  const FeltMass felt = felt_mass(batch, k, lever, offset);
+  const double half_square = 0.5 * slip_time * slip_time, dashpot_step = slip_time * dashpot;
+  const double across = felt.inverse_across * sum, along = felt.inverse_along * sum;  // 1/s2
+  const double slowed = at_most_one(half_square * force_gain(law, across));
+  const double damped = at_most_one(dashpot_step * across);
+  const double slowed_along =
+      at_most_one(half_square * (felt.inverse_along * tangential_stiffness_of(law, pair, sum)));
+  const double damped_along = at_most_one(dashpot_step * pair.tangential_damping * along);
+  const auto gained = moving - moved;
+  const double apart_gained = dot(gained, normal);
+  const auto along_gained = tangential_part(gained, normal, apart_gained);
+  const double normal_speed = (1.0 - slowed) * moved_apart + (1.0 - damped) * apart_gained;
+  const double viscosity = dashpot * stiffness;
 
-    // 4. Against rolling: the same moment on both, the other way round
-    if constexpr (!std::is_same_v<Law, DefaultLaw>) {
-      if (!law.has_rolling_friction) continue;
+  // A contact that is new has no half step before now
+  const double is_old = step.half > 0.0 ? 1.0 : 0.0;
+  RowMotion<D> motion;
+  motion.surfaces.normal_speed = normal_speed;
+  motion.surfaces.tangential =
+      (1.0 - slowed_along) * moved_along + (1.0 - damped_along) * along_gained;
+  motion.surfaces.slip = slip_time * moved_along;
+  motion.half_step.duration = step.half;
+  motion.half_step.normal_force =
+      -(force_gain(law, stiffness) * step.half * normal_speed + is_old * viscosity * apart_gained);
+  motion.half_step.velocity = is_old * along_gained;
+  motion.viscosity = viscosity;
+  motion.tangential_stiffness =
+      tangential_stiffness_of(law, pair, stiffness) * (1.0 - (1.0 / 6.0) * slowed_along);
+  motion.slip_time = slip_time;
+  motion.dashpot_share = step.dashpot_share;
+  motion.moved_apart = moved_apart;
+  return motion;
+}
+
+// The law to one row that moves so. The answer is whether the contact ends within the step, 1 or 0.
+template <Pressure of, int D, class Law>
+[[gnu::always_inline]] inline double apply_law_to_row(
+    const Law& law, const PairMaterial& pair, RowMotion<D> motion, ContactBatch<D>& batch, int k) {
+  const auto normal = batch.normal.at(k);
+  const double overlap = batch.overlap.at(k), stiffness = batch.stiffness.at(k);
+  auto spring = batch.spring_before.at(k);
+  double elastic;
+  if constexpr (std::is_same_v<Law, DefaultLaw>) {
+    elastic = elastic_force(law, stiffness, overlap);
+  } else {
+    const double approach = -motion.slip_time * motion.moved_apart;
+    elastic = remembered_force(
+        law, pair, batch, k, approach, spring, motion.surfaces.slip, batch.remembered[k]);
+  }
+  const ContactForce<D> force = contact_force<of, D>(law,
+                                                     pair,
+                                                     motion.surfaces,
+                                                     motion.half_step,
+                                                     normal,
+                                                     overlap,
+                                                     elastic,
+                                                     motion.viscosity,
+                                                     motion.tangential_stiffness,
+                                                     batch.was_touching[k] == kSliding,
+                                                     spring);
+  batch.spring.set(k, spring);
+  batch.normal_force.set(k, force.normal);
+  batch.tangential_force.set(k, force.tangential);
+  batch.slides.set(k, force.slides ? 1.0 : 0.0);
+
+  // On the second body; the first gets the opposite
+  const auto on_second = force.normal * normal + as_vector(force.tangential, normal);
+  batch.force.set(k, on_second);
+  const auto about_first = moment(batch.lever.at(k), on_second);
+  batch.moment.set(k, about_first);
+  // About the second centre: that about the first and (x_1 - x_2) x force
+  const auto offset = batch.first.position.at(k) - batch.second.position.at(k);
+  batch.second_moment.set(k, about_first + moment(offset, on_second));
+
+  // Against rolling: the same moment on both, the other way round
+  if constexpr (!std::is_same_v<Law, DefaultLaw>) {
+    if (law.has_rolling_friction) {
       RememberedContact<D>& remembered = batch.remembered[k];
-      remembered.rolling = rolling_resistance<D>(pair,
-                                                 batch.slip_time.at(k) * relative_spin,
-                                                 relative_spin_now,
-                                                 normal,
-                                                 batch.reduced_radius.at(k),
-                                                 stiffness,
-                                                 1.0 / batch.inverse_mass.at(k),
-                                                 std::max(force.normal, 0.0),
-                                                 remembered.memory.rolled);
+      const auto spin = batch.second.spin.at(k) - batch.first.spin.at(k);
+      const auto spin_now = batch.second.spin_now.at(k) - batch.first.spin_now.at(k);
+      remembered.rolling = rolling_resistance<D>(
+          pair,
+          motion.slip_time * spin,
+          spin_now,
+          normal,
+          batch.reduced_radius.at(k),
+          stiffness,
+          1.0 / batch.inverse_mass.at(k),
+          std::max(force.normal, 0.0),
+          motion.dashpot_share * std::sqrt(stiffness / batch.sum_of_stiffness.at(k)),
+          remembered.memory.rolled);
       batch.moment.set(k, batch.moment.at(k) + remembered.rolling.moment);
       batch.second_moment.set(k, batch.second_moment.at(k) + remembered.rolling.moment);
     }
   }
+  return force.ends;
+}
+
+template <int D, class Law>
+[[gnu::always_inline]] inline void apply_law_of_step_to(const Law& law,
+                                                        const PairMaterial& pair,
+                                                        ContactBatch<D>& batch,
+                                                        int k) {
+  constexpr Pressure of = Pressure::of_step;
+  const RowMotion<D> motion = motion_of_row<of>(law, pair, batch, k);
+  batch.normal_speed.set(k, motion.surfaces.normal_speed);
+  batch.tangential_speed.set(k, motion.surfaces.tangential);
+  apply_law_to_row<of>(law, pair, motion, batch, k);
+}
+
+// Not inlined, or the loop over the few that need it would run along all of them.
+template <int D>
+[[gnu::noinline]] void apply_law_of_step(const DefaultLaw& law,
+                                         const PairMaterial& pair,
+                                         ContactBatch<D>& batch,
+                                         int k) {
+  apply_law_of_step_to(law, pair, batch, k);
+}
+
+// Two loops, since the processor begins the next rows before it is done with these, but sees only
+// so far ahead. Contacts that begin or end within the step are few: the loops take them for others,
+// and they are done once more by themselves.
+template <int D, class Pairs>
+[[gnu::always_inline]] inline void apply_law_to(const DefaultLaw& law,
+                                                const Pairs& materials,
+                                                ContactBatch<D>& batch) {
+  constexpr Pressure of = Pressure::of_now;
+  const int rows = whole_rows(batch.count);
+#pragma GCC ivdep
+  for (int k = 0; k < rows; ++k) {
+    const RowMotion<D> motion = motion_of_row<of>(law, materials.at(k), batch, k);
+    batch.normal_speed.set(k, motion.surfaces.normal_speed);
+    batch.tangential_speed.set(k, motion.surfaces.tangential);
+    batch.slip.set(k, motion.surfaces.slip);
+    batch.pressure_gained.set(k, motion.half_step.normal_force);
+    batch.speed_gained.set(k, motion.half_step.velocity);
+    batch.viscosity.set(k, motion.viscosity);
+    batch.tangential_stiffness.set(k, motion.tangential_stiffness);
+  }
+  const double half = 0.5 * batch.slip_time;
+#pragma GCC ivdep
+  for (int k = 0; k < rows; ++k) {
+    RowMotion<D> motion;
+    motion.surfaces = {batch.normal_speed.at(k), batch.tangential_speed.at(k), batch.slip.at(k)};
+    motion.half_step = {half, batch.pressure_gained.at(k), batch.speed_gained.at(k)};
+    motion.viscosity = batch.viscosity.at(k);
+    motion.tangential_stiffness = batch.tangential_stiffness.at(k);
+    batch.ends.set(k, apply_law_to_row<of>(law, materials.at(k), motion, batch, k));
+  }
+  int begin_or_end = 0;
+  for (int k = 0; k < rows; ++k) begin_or_end += batch.was_touching[k] == kOpen ? 1 : 0;
+  for (int k = 0; k < rows; ++k) begin_or_end += batch.ends.at(k) != 0.0 ? 1 : 0;
+  if (begin_or_end == 0) return;
+  for (int k = 0; k < batch.count; ++k) {
+    if (batch.was_touching[k] != kOpen && batch.ends.at(k) == 0.0) continue;
+    apply_law_of_step(law, materials.at(k), batch, k);
+  }
+}
+template <int D>
+void apply_law_to(const ChosenLaw& law, const AnyPair& materials, ContactBatch<D>& batch) {
+  for (int k = 0; k < batch.count; ++k) apply_law_of_step_to(law, materials.at(k), batch, k);
 }
 
 // One loop for batches of one pair of materials, one for any.

@@ -124,12 +124,11 @@ template <int D>
   const int rows = whole_rows(batch.count);
   const int *candidate = batch.candidate.data(), *sphere = list.first_sphere.data();
   const int* body = batch.first_body.data();
-  for (int k = 0; k < rows; ++k) batch.spring.set(k, list.spring[candidate[k]]);
+  batch.slip_time = setting.slip_time;
+  for (int k = 0; k < rows; ++k) batch.spring_before.set(k, list.spring[candidate[k]]);
   for (int k = 0; k < rows; ++k) {
     const bool is_old = batch.was_touching[k] != kOpen;
-    // A contact that is new has, on average, existed for half of the step
-    batch.slip_time.set(k, is_old ? setting.slip_time : 0.5 * setting.slip_time);
-    batch.spring.set(k, chosen(is_old, batch.spring.at(k), Motion<D>::no_tangent()));
+    batch.spring_before.set(k, chosen(is_old, batch.spring_before.at(k), Motion<D>::no_tangent()));
   }
   const PlacedSphere<D>* spheres = bodies.spheres.data();
   const BodyMotion<D>* motion = bodies.motion.data();
@@ -159,6 +158,8 @@ template <int D>
     const double inverse_mass = kind.inverse_mass + kind.inverse_mass;
     std::fill_n(batch.pair.begin(), rows, pair);
     std::fill_n(batch.inverse_mass.value.begin(), rows, inverse_mass);
+    std::fill_n(batch.first_turn.value.begin(), rows, kind.least_turn);
+    std::fill_n(batch.second_turn.value.begin(), rows, kind.least_turn);
     return;
   }
   for (int k = 0; k < rows; ++k) {
@@ -166,6 +167,8 @@ template <int D>
     const BodyKind<D>& second = bodies.kind_of(batch.second_body[k]);
     batch.pair[k] = first.material * setting.material_count + second.material;
     batch.inverse_mass.set(k, first.inverse_mass + second.inverse_mass);
+    batch.first_turn.set(k, first.least_turn);
+    batch.second_turn.set(k, second.least_turn);
   }
   batch.is_of_one_pair = are_equal(batch.pair.data(), rows);
 }
@@ -179,6 +182,7 @@ template <int D>
   const int rows = whole_rows(batch.count);
   const int *candidate = batch.candidate.data(), *sphere = list.second.data();
   const int *first = list.first_sphere.data(), *body_of = bodies.body_of_sphere.data();
+  batch.second_goes = 1.0;
   for (int k = 0; k < rows; ++k) {
     batch.first_body[k] = body_of[first[candidate[k]]];
     batch.second_body[k] = body_of[sphere[candidate[k]]];
@@ -221,6 +225,8 @@ template <int D>
     const BodyKind<D>& kind = bodies.kind_of(body);
     batch.pair[k] = kind.material * setting.material_count + surfaces.material[wall];
     batch.inverse_mass.set(k, kind.inverse_mass);
+    batch.first_turn.set(k, kind.least_turn);
+    batch.second_turn.set(k, 0.0);
   }
   batch.is_of_one_pair = are_equal(batch.pair.data(), rows);
   batch.longest_group = 1;
@@ -231,13 +237,14 @@ template <int D>
   for (int k = 0; k < batch.count; ++k) {
     const int before = batch.carries_on[k];
     if (before == batch.candidate[k]) continue;
-    batch.spring.set(k, list.spring[before]);
+    batch.spring_before.set(k, list.spring[before]);
     if (list.remembers()) batch.remembered[k].memory = list.memory[before];
   }
   for (int k = batch.count; k < rows; ++k) {
     batch.overlap.set(k, batch.overlap.at(batch.count - 1));
     batch.normal.set(k, batch.normal.at(batch.count - 1));
   }
+  batch.second_goes = 0.0;
   const BodyMotion<D>* motion = surfaces.motion.data();
   const int* wall = batch.second_body.data();
   to_columns(

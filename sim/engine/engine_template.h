@@ -74,13 +74,23 @@ struct StepWatch {
       const double elastic = elastic_force_of(view, k);
       damping_loss += (elastic - batch.normal_force.at(k)) * batch.normal_speed.at(k) * time_step;
       tangential_work -=
-          product_of(batch.tangential_force.at(k), batch.tangential_speed.at(k)) * time_step;
+          product_of(batch.tangential_force.at(k), speed_along(batch, k)) * time_step;
       if (!view.law.has_rolling_friction) continue;
       const RollingResistance<D>& rolling = batch.remembered[k].rolling;
       tangential_work -= product_of(rolling.moment, rolling.speed) * time_step;
     }
   }
+  template <int D>
+  static typename Motion<D>::Tangent speed_along(const ContactBatch<D>& batch, int k);
 };
+
+// The speed of the batch lacks what the spring has yet to slow down; no spring slows what slides.
+template <int D>
+typename Motion<D>::Tangent StepWatch::speed_along(const ContactBatch<D>& batch, int k) {
+  if (batch.slides.at(k) == 0.0) return batch.tangential_speed.at(k);
+  const auto normal = batch.normal.at(k), moving = predicted_motion(batch, k, batch.lever.at(k));
+  return tangential_part(moving, normal, dot(moving, normal));
+}
 
 struct SpringEnergy {
   static constexpr bool commits = false;

@@ -89,6 +89,12 @@ inline double elastic_energy(const Law& law, double stiffness, double overlap) {
                                                   : 0.5 * stiffness * overlap * overlap;
 }
 
+// dF/d(overlap), N/m, from k_n.
+template <class Law>
+inline double force_gain(const Law& law, double stiffness) {
+  return law.normal_spring == NormalSpring::secant ? 1.5 * stiffness : stiffness;
+}
+
 // Thesis 1.54-1.55 with a signed approach:  F(N) = F(N-1) + k_n(F(N-1)) dd,  not below zero.
 // k_n = 2 E* a of the contact radius that belongs to the force:  k_n = c (1.5 F/c)^(1/3),
 // c = 2 E* sqrt(R*). Without a force there is no stiffness either: such a contact starts from
@@ -143,11 +149,33 @@ struct SurfaceMotion {
   typename Motion<D>::Tangent slip;        // m, since the last step: stretches the spring
 };
 
+// What changes within half a step, before now and after. With it the law keeps its limits all
+// through a step, not only at its middle: where a force falls below zero, or comes to its limit,
+// the mean of the step is not the value of now. All zero: now alone counts.
+template <int D>
+struct HalfStep {
+  double duration;                       // s
+  double normal_force;                   // N; before it is clipped
+  typename Motion<D>::Tangent velocity;  // m/s; across the normal
+};
+
+// Whether the pressure is its mean over a step in which it begins or ends. Where it does neither
+// both give the same.
+enum class Pressure { of_now, of_step };
+
+// Mean over a step of max(0, x) of an x that grows evenly: by `half` in half a step.
+inline double mean_above_zero(double now, double half) {
+  const double mean = (now + half) * (now + half) / (4.0 * half);
+  const double kept = now > 0.0 ? now : 0.0;
+  return std::abs(now) < half ? mean : kept;
+}
+
 template <int D>
 struct ContactForce {
   double normal;  // N on the second body along the normal (first to second)
   typename Motion<D>::Tangent tangential;  // N on the second body
   bool slides;
+  double ends;  // within the step, 1 or 0
 };
 
 // Variant b of Coulomb's limit adds the dashpot after it.
@@ -164,31 +192,38 @@ inline Tangent with_late_dashpot(const Law& law,
 // body).
 //   N = F_el - c_n v_n, not below zero when clipped
 //   F_t = -k_t spring - c_t v_t, at most mu N, N with the dashpot (thesis 1.71-1.72, fig. 1.4
-//   variant a); when limited, the spring is left with the stretch that carries mu N. Variant b
-//   limits the spring's part at mu F_el and adds the dashpot after that. With static friction a
+//   variant a); when limited, the spring is left with the stretch that carries what the dashpot
+//   leaves of mu N, none when that is nothing: so a contact begins to stick without a jump. Variant
+//   b limits the spring's part at mu F_el and adds the dashpot after that. With static friction a
 //   contact that sticks holds up to mu_s N; once it has slid (`slid_before`) mu counts until it
 //   sticks.
-template <int D, class Law>
-inline ContactForce<D> contact_force(const Law& law,
-                                     const PairMaterial& pair,
-                                     const SurfaceMotion<D>& motion,
-                                     typename Motion<D>::Vector normal,
-                                     double elastic,
-                                     double stiffness,
-                                     double dashpot,
-                                     bool slid_before,
-                                     typename Motion<D>::Tangent& spring) {
-  // 1. Normal spring and dashpot
-  const double whole = elastic - dashpot * stiffness * motion.normal_speed;
-  const double pressing = whole > 0.0 ? whole : 0.0;
+// A force that is clipped or limited in a part of the step gives its mean over the step.
+// Inlined, or the loop over a batch would not run along several rows at once.
+template <Pressure of, int D, class Law>
+[[gnu::always_inline]] inline ContactForce<D> contact_force(const Law& law,
+                                                            const PairMaterial& pair,
+                                                            const SurfaceMotion<D>& motion,
+                                                            const HalfStep<D>& half_step,
+                                                            typename Motion<D>::Vector normal,
+                                                            double overlap,
+                                                            double elastic,
+                                                            double viscosity,
+                                                            double tangential_stiffness,
+                                                            bool slid_before,
+                                                            typename Motion<D>::Tangent& spring) {
+  // 1. Normal spring and dashpot. Below zero only the dashpot can pull it
+  const double whole = elastic - viscosity * motion.normal_speed;
+  const double falls = whole < elastic ? -half_step.normal_force : 0.0;
+  double pressing = whole > 0.0 ? whole : 0.0;
+  if constexpr (of == Pressure::of_step) pressing = mean_above_zero(whole, falls);
 
   // 2. Tangential spring and dashpot
-  const double tangential_stiffness = tangential_stiffness_of(law, pair, stiffness);
   const auto stretched = turned_into_plane(spring, normal) + motion.slip;
-  const double viscosity = pair.tangential_damping * dashpot * stiffness;  // N s/m
+  const double drag = pair.tangential_damping * viscosity;  // N s/m
   const bool limits_whole = law.coulomb_limit == CoulombLimit::whole;
-  const auto trial =
-      -tangential_stiffness * stretched - (limits_whole ? viscosity : 0.0) * motion.tangential;
+  const double limited_drag = limits_whole ? drag : 0.0;
+  const auto damped = limited_drag * motion.tangential;
+  const auto trial = -tangential_stiffness * stretched - damped;
 
   // 3. Coulomb's limit
   const double load = limits_whole ? pressing : elastic;
@@ -197,13 +232,39 @@ inline ContactForce<D> contact_force(const Law& law,
   const bool holds =
       law.has_static_friction && !slid_before && length <= pair.static_friction * load;
   const bool slides = length > limit && !holds;
-  // One division for both the share that is left and the spring that carries it
-  const double per_length = limit / (length * tangential_stiffness);
-  const double share = slides ? per_length * tangential_stiffness : 1.0;
-  spring = chosen(slides, -per_length * trial, stretched);
+  // One division for both
+  const double inverse = 1.0 / (length * tangential_stiffness);
+  const double per_length = inverse * tangential_stiffness, per_stiffness = inverse * length;
+  const double sliding = limit * per_length;
+  const auto carried = sliding * trial + damped;
+  const double kept = product_of(carried, trial) > 0.0 ? per_stiffness : 0.0;
+  spring = chosen(slides, -kept * carried, stretched);
+
+  // 4. What of it the step sees: the mean of the smaller of trial and limit. k_t grows with the
+  // root
+  //    of the overlap, unless it is constant or the spring is scaled down as it does. All is
+  //    multiplied with overlap and length, so that no division waits for another
+  const bool keeps_stiffness =
+      law.normal_spring == NormalSpring::linear ||
+      law.tangential_spring == TangentialSpring::constant ||
+      (law.tangential_spring == TangentialSpring::mindlin_scaled && motion.normal_speed < 0.0);
+  const double growth = (keeps_stiffness ? 0.0 : -0.5 * half_step.duration) * motion.normal_speed;
+  const auto stretch_gained =
+      (half_step.duration * overlap) * motion.tangential + growth * stretched;
+  const auto trial_gained =
+      -tangential_stiffness * stretch_gained - (limited_drag * overlap) * half_step.velocity;
+  const double longer = length * overlap, gap = (limit - length) * longer;
+  const double half =
+      std::abs((pair.friction * half_step.normal_force) * longer - product_of(trial_gained, trial));
+  const double below = (gap + half) * (gap + half) / (4.0 * half * (length * longer));
+  const double of_now = slides ? sliding : 1.0;
+  const double of_step = sliding > below ? sliding - below : 0.0;
+  const bool is_mixed = std::abs(gap) < (law.has_static_friction ? 0.0 : half);
+  const auto force = (is_mixed ? of_step : of_now) * trial;
   return {law.tension == Tension::clipped ? pressing : whole,
-          with_late_dashpot(law, share * trial, viscosity, motion.tangential),
-          slides};
+          with_late_dashpot(law, force, drag, motion.tangential),
+          slides,
+          std::abs(whole) < falls ? 1.0 : 0.0};
 }
 
 // Moment that resists rolling: an elastic-plastic spring and dashpot (Iwashita and Oda 1998; model
@@ -227,13 +288,15 @@ inline RollingResistance<D> rolling_resistance(const PairMaterial& pair,
                                                double stiffness,
                                                double reduced_mass,
                                                double pressing,
+                                               double dashpot_share,
                                                typename Motion<D>::Tangent& rolled) {
   const double arm = pair.rolling_friction * reduced_radius;  // m
   const double rolling_stiffness = 2.25 * stiffness * arm * arm;
   const auto spring = turned_into_plane(rolled, normal) + without_twist(turned, normal);
   const auto rolling = without_twist(speed, normal);
   const double inertia = 1.4 * reduced_mass * reduced_radius * reduced_radius;  // kg m2
-  const double viscosity = 2.0 * pair.damping_ratio * std::sqrt(rolling_stiffness * inertia);
+  const double viscosity =
+      dashpot_share * 2.0 * pair.damping_ratio * std::sqrt(rolling_stiffness * inertia);
   const auto trial = -rolling_stiffness * spring - viscosity * rolling;
   const double limit = arm * pressing, length = length_of(trial);
   const bool yields = length > limit;

@@ -111,9 +111,8 @@ inline SpatialVector as_vector(SpatialVector tangent, SpatialVector) { return ta
 inline double turned_into_plane(double spring, PlanarVector) { return spring; }
 inline SpatialVector turned_into_plane(SpatialVector spring, SpatialVector normal) {
   const SpatialVector flat = spring - dot(spring, normal) * normal;
-  const double squared = dot(flat, flat);
-  const double scale = std::sqrt(dot(spring, spring) / squared);
-  return (squared > 0.0 ? scale : 0.0) * flat;
+  constexpr double kNothing = 1e-200;  // m2; so that what has no length keeps none
+  return std::sqrt(dot(spring, spring) / (dot(flat, flat) + kNothing)) * flat;
 }
 
 // A turning without its part about the normal. In the plane there is none.

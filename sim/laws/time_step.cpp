@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
-#include <set>
 #include <stdexcept>
 
 #include "sim/laws/elementary.h"
@@ -20,6 +20,9 @@ struct Impact {
   double normal_modulus, reduced_radius, reduced_mass;
   double
       turned_mass;  // kg; smallest mass that the contact can feel, rotation of the clumps included
+  bool hardly_loses;  // energy
+  // What the steps of a contact are multiplied with.
+  double refinement() const { return hardly_loses ? kStepsWithoutLoss : 1.0; }
 };
 
 // Mass felt by a contact at the far end of a clump: 1/m + L^2/I, L the largest lever across the
@@ -41,25 +44,31 @@ double normal_modulus(const Material& first, const Material& second) {
 }
 
 std::vector<Impact> possible_impacts(const Scene& scene) {
-  std::set<int> used;
-  for (const Body& body : scene.bodies) used.insert(body.type);
+  std::map<int, int> used;  // how many bodies of a type
+  for (const Body& body : scene.bodies) ++used[body.type];
+  const auto hardly_loses = [&scene](int first, int second) {
+    return scene.surfaces.of(first, second).restitution > kHardlyLoses;
+  };
   std::vector<Impact> impacts;
-  for (const int i : used) {
+  for (const auto& [i, count] : used) {
     const Clump& a = scene.types[i];
-    for (const int j : used) {
+    for (const auto& [j, count_of_other] : used) {
       const Clump& b = scene.types[j];
       const double ra = largest_radius(a), rb = largest_radius(b);
       impacts.push_back({normal_modulus(scene.materials[a.material], scene.materials[b.material]),
                          ra * rb / (ra + rb),
                          a.mass * b.mass / (a.mass + b.mass),
-                         1.0 / (inverse_mass_at_end(a) + inverse_mass_at_end(b))});
+                         1.0 / (inverse_mass_at_end(a) + inverse_mass_at_end(b)),
+                         // A body does not meet itself
+                         (i != j || count > 1) && hardly_loses(a.material, b.material)});
     }
     for (const Wall& wall : scene.walls) {
       impacts.push_back(
           {normal_modulus(scene.materials[a.material], scene.materials[wall.material]),
            largest_radius(a),
            a.mass,
-           1.0 / inverse_mass_at_end(a)});
+           1.0 / inverse_mass_at_end(a),
+           hardly_loses(a.material, wall.material)});
     }
   }
   return impacts;
@@ -90,7 +99,7 @@ HertzImpact hertz_impact(double normal_modulus,
 
 TimeStepLimits time_step_limits(const Scene& scene, double impact_speed) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  TimeStepLimits limits{kNone, kNone, kNone};
+  TimeStepLimits limits{kNone, kNone, kNone, kNone};
   for (const Body& body : scene.bodies) {
     const Clump& type = scene.types[body.type];
     limits.rayleigh = std::min(
@@ -102,6 +111,8 @@ TimeStepLimits time_step_limits(const Scene& scene, double impact_speed) {
     const HertzImpact hertz = hertz_impact(
         impact.normal_modulus, impact.reduced_radius, impact.reduced_mass, impact_speed);
     limits.contact_duration = std::min(limits.contact_duration, hertz.duration);
+    limits.refined_duration =
+        std::min(limits.refined_duration, hertz.duration / impact.refinement());
     const double stiffness =
         2.0 * impact.normal_modulus * std::sqrt(impact.reduced_radius * hertz.deepest_overlap);
     limits.stiffness =
@@ -124,7 +135,7 @@ double choose_time_step(const Scene& scene, const TimeStepOptions& options) {
   }
   const TimeStepLimits limits = time_step_limits(scene, options.impact_speed);
   double step = std::min({options.fraction * limits.rayleigh,
-                          limits.contact_duration / options.steps_per_contact,
+                          limits.refined_duration / options.steps_per_contact,
                           kStiffnessSafety * limits.stiffness});
   if (options.largest > 0.0) step = std::min(step, options.largest);
   return step;
@@ -135,7 +146,7 @@ double linear_time_step(const Scene& scene, double stiffness, const TimeStepOpti
   for (const Impact& impact : possible_impacts(scene)) {
     const double duration = std::numbers::pi * std::sqrt(impact.reduced_mass / stiffness);
     step = std::min({step,
-                     duration / options.steps_per_contact,
+                     duration / (impact.refinement() * options.steps_per_contact),
                      kStiffnessSafety * stiffness_time_step(impact.turned_mass, stiffness)});
   }
   return step;

@@ -7,6 +7,7 @@
 #include "calibrate/engines/embedded.h"
 #include "calibrate/problem.h"
 #include "datasets/store/input_error.h"
+#include "sim/laws/time_step.h"
 #include "tests/support/parameters.h"
 #include "tests/support/temporary_folder.h"
 
@@ -62,6 +63,22 @@ TEST(EmbeddedEngine, BringsAParticleDownWithThePiston) {
   for (std::size_t frame = 0; frame < tracks.frames(); ++frame) {
     EXPECT_NEAR(tracks.poses[0].z - tracks.poses[frame].z, 0.046 * tracks.time[frame], 2e-4);
   }
+}
+
+// Only surfaces that lose next to nothing ask for more steps a contact; those of the experiment do
+// not, whatever a scene without surfaces would.
+TEST(EmbeddedEngine, StepsFinerOnlyForSurfacesThatHardlyLose) {
+  SimulationSpec spec = spec_of(soft_rig());
+  for (datasets::ScenePhase& phase : spec.scene.phases) phase.fastest_impact = 20.0;
+  const auto fraction_at = [&spec](double restitution) {
+    for (datasets::SceneSurfaces& surfaces : spec.scene.surfaces)
+      surfaces.restitution = restitution;
+    return embedded_engine().largest_time_step_fraction(spec);
+  };
+  const double of_losing = fraction_at(0.75);
+  EXPECT_LT(of_losing, 1.0);  // the duration of an impact decides
+  EXPECT_EQ(fraction_at(0.5), of_losing);
+  EXPECT_NEAR(fraction_at(1.0), of_losing / sim::kStepsWithoutLoss, 1e-12);
 }
 
 TEST(EmbeddedEngine, GivesTheSameForTheSameSpecAndOtherwiseForAnotherSeed) {

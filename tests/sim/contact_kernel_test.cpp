@@ -48,6 +48,7 @@ ContactBatch<D> random_batch(int rows, std::mt19937_64& random) {
   for (int k = 0; k < rows; ++k) {
     batch.group.set(k, k > 0 && random() % 3 == 0 ? batch.group.at(k - 1) : k);
     batch.pair[k] = static_cast<int>(random() % 2);
+    batch.was_touching[k] = random() % 5 == 0 ? kOpen : kTouching;
   }
   // Rows that fill up the last vector belong to no group
   for (int k = rows; k < whole_rows(rows); ++k) batch.group.set(k, -2.0);
@@ -63,9 +64,11 @@ ContactBatch<D> random_batch(int rows, std::mt19937_64& random) {
     fill(random, motion->spin, rows, -3.0, 3.0);
     fill(random, motion->spin_now, rows, -3.0, 3.0);
   }
-  fill(random, batch.slip_time, rows, 4e-6, 9e-6);
+  batch.slip_time = between(4e-6, 9e-6, random);
   fill(random, batch.inverse_mass, rows, 50.0, 100.0);
-  fill(random, batch.spring, rows, -1e-6, 1e-6);
+  fill(random, batch.first_turn, rows, 1e6, 3e6);
+  fill(random, batch.second_turn, rows, 1e6, 3e6);
+  fill(random, batch.spring_before, rows, -1e-6, 1e-6);
   for (int k = 0; k < rows; ++k) {
     const auto apart = batch.second_sphere.at(k) - batch.first_sphere.at(k);
     const double reach = std::sqrt(dot(apart, apart)) + between(1e-9, 1e-5, random);

@@ -152,7 +152,7 @@ double work_of_cycle(TangentialSpring tangential) {
   batch->inverse_mass.set(0, 1.0);
   batch->contact_count.set(0, 1.0);
   batch->reduced_radius.set(0, 0.5 * kRadius);
-  batch->slip_time.set(0, 1.0);
+  batch->slip_time = 1.0;
   double work = 0.0;
   const auto go = [&](double from, double to, double slip) {
     constexpr int kSteps = 1000;
@@ -164,6 +164,7 @@ double work_of_cycle(TangentialSpring tangential) {
       batch->second.velocity.set(0, {0.0, slip / kSteps});
       apply_law(law, pairs, *batch);
       batch->was_touching[0] = kTouching;
+      batch->spring_before = batch->spring;
       work += batch->tangential_force.at(0) * slip / kSteps;
     }
   };

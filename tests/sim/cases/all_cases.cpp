@@ -10,7 +10,8 @@ std::vector<Case> all_cases() {
                                             statics_cases(),
                                             particle_cases(),
                                             conservation_cases(),
-                                            mesh_cases()}) {
+                                            mesh_cases(),
+                                            order_cases()}) {
     all.insert(all.end(), group.begin(), group.end());
   }
   return all;

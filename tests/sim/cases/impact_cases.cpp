@@ -508,7 +508,61 @@ std::vector<Check> impulse_of_the_thesis() {
   return checks;
 }
 
+// Thornton, Cummins and Cleary 2013: R = 25 mm, mu = 0.1, 5 m/s across a rigid plane, at the angle
+// of theta = 2 tan/(mu (1 + e)). Tangential restitution.
+double thornton_restitution(double e, double theta, TangentialSpring law) {
+  constexpr double kFriction = 0.1;
+  const Impact impact{{7e10, 0.3}, 2650.0, 0.025, 5.0, {.friction = kFriction, .restitution = e}};
+  Scene scene = flat_impact(impact, 1, true);
+  const double along = 0.5 * theta * kFriction * (1.0 + e) * impact.speed;
+  scene.bodies[0].velocity.x() = along;
+  const double duration = elastic_duration(scene, 1, impact);
+  Simulation simulation(scene, {.time_step = steps_of(duration / 200.0), .tangential_spring = law});
+  simulation.run_until(2.0 * duration);
+  return simulation.state().velocity[0].x() / along;
+}
+
+std::vector<Check> thornton_curves() {
+  const std::string source = "Thornton et al. 2013, digitised; law mindlin_scaled";
+  const auto rows = read_rows(outside_reference("thornton_oblique_restitution/oblique_impact.csv"));
+  std::vector<Check> checks;
+  for (const auto& [set, e] :
+       {std::pair("et_hertz_e0.50", 0.5), std::pair("et_hertz_e0.90", 0.9)}) {
+    const std::string what = std::string("e = ") + (e == 0.5 ? "0.5" : "0.9") +
+                             ": tangential restitution, of the largest";
+    if (rows.empty()) {
+      checks.push_back(missing(what, source));
+      continue;
+    }
+    Worst worst;
+    double largest = 0.0;
+    for (const Row& row : rows) {
+      if (row.at("set") == set) largest = std::max(largest, number(row, "value"));
+    }
+    for (const Row& row : rows) {
+      if (row.at("set") != set) continue;
+      const double found =
+          thornton_restitution(e, number(row, "theta_norm"), TangentialSpring::mindlin_scaled);
+      worst.see((found - number(row, "value")) / largest);
+    }
+    checks.push_back(within(what, source, 0.05, worst.value));
+  }
+  return checks;
+}
+
 constexpr std::array kCases = {
+    Case{"ThorntonCurves",
+         "Oblique impact with restitution: published curves",
+         thornton_curves,
+         "By `mindlin_scaled`, since these curves are of a spring that keeps its force while the "
+         "pressure grows,\n"
+         "as contact mechanics without slip asks. `mindlin` gives 0.91 where 0.82 is published, at "
+         "e = 0.9 and\n"
+         "small angles. Test 4 of Chung and Ooi below is by `mindlin`, the spring of the codes "
+         "that it is from:\n"
+         "`mindlin_scaled` lies up to 9 % of the largest beside it there, but nearer to the "
+         "experiment that they\n"
+         "show with it, 0.80 and 0.75 at 2 and 4 degrees."},
     Case{"ElasticImpacts", "Elastic impact: Hertz's closed form", elastic_impacts},
     Case{"PublishedForceCurves", "Elastic impact: published curves", published_force_curves},
     Case{"RestitutionOfTest3", "Restitution asked and given", restitution_of_test_3},
