@@ -17,7 +17,7 @@ constexpr int alternatives = 4;  // parameter sets that show what their uncertai
 // A bed of which the outline is all that is seen is simulated with all of its grains.
 bool simulates_outlines(const Problem& problem) {
   return std::any_of(problem.scenes.begin(), problem.scenes.end(), [](const ProblemScene& scene) {
-    return scene.spec.record.outline.has_value();
+    return !scene.spec.record.outlines.empty();
   });
 }
 

@@ -225,7 +225,8 @@ void begin_from_filling(const Experiment& experiment,
     const Recording& recording = recordings[r];
     if (recording.tracks) last = std::max(last, recording.tracks->time.back());
     if (recording.discharge) last = std::max(last, recording.discharge->time.back());
-    if (recording.outline) last = std::max(last, recording.outline->time.back());
+    for (const datasets::Outline& outline : recording.outlines)
+      if (!outline.time.empty()) last = std::max(last, outline.time.back());
   }
   if (!(last > 0.0)) last = experiment.measurement.last_time();
   run.output_interval = curve_frame_interval;
@@ -242,19 +243,23 @@ RecordPlan plan_of(const Observables& observables) {
 }
 
 // The columns in which outlines are compared, seen from where the film was taken.
-void plan_outline(const Observables& observables,
-                  const Experiment& experiment,
-                  const datasets::Replicate& replicate,
-                  const Recording& recording,
-                  RecordPlan& plan) {
+void plan_outlines(const Observables& observables,
+                   const Experiment& experiment,
+                   const datasets::Replicate& replicate,
+                   const Recording& recording,
+                   RecordPlan& plan) {
   const auto& all = observables.all();
   if (!replicate.rig.seen_outline ||
       std::none_of(all.begin(), all.end(), [](const auto& one) { return one->needs_outline(); }))
     return;
-  OutlinePlan& outline = plan.outline.emplace();
-  outline.columns =
-      datasets::outline_columns(*replicate.rig.seen_outline, experiment.particle.diameter);
-  if (recording.outline) outline.eye = recording.outline->eye;
+  for (const auto& surface : datasets::surfaces_of(*replicate.rig.seen_outline)) {
+    OutlinePlan& outline = plan.outlines.emplace_back();
+    outline.columns = datasets::outline_columns(surface, experiment.particle.diameter);
+    outline.surface = surface.name;
+    if (!surface.name.empty()) outline.from_z = surface.floor_z;
+    outline.to_z = surface.top_z;
+    if (const datasets::Outline* seen = recording.outline_of(surface.name)) outline.eye = seen->eye;
+  }
 }
 
 }  // namespace
@@ -281,7 +286,7 @@ void make_scenes(std::span<const Recording> recordings, Problem& problem) {
     if (problem.engine->is_another_program()) spec.foreign = experiment.simulator.foreign;
     spec.scene = replicate.rig.scene;
     spec.record = plan;
-    plan_outline(*problem.observables, experiment, replicate, recordings[r], spec.record);
+    plan_outlines(*problem.observables, experiment, replicate, recordings[r], spec.record);
     if (!experiment.rig.brings_grains) {
       add_grains(experiment, problem.simulated_modulus, spec.scene);
       for (datasets::ScenePhase& phase : spec.scene.phases) phase.fastest_impact = fastest;

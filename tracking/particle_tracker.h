@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core.hpp>
+#include <span>
 #include <string>
 
 #include "datasets/store/outline.h"
@@ -51,8 +52,8 @@ class ParticleTracker {
   // now, and gets those of particles and event.
   virtual datasets::Trajectories finish(TrackingSummary& summary) = 0;
 
-  // The free surface of the bed after `finish`, where that is what is looked for; else null.
-  virtual const datasets::Outline* outline() const { return nullptr; }
+  // The free surfaces of the bed after `finish`, where these are what is looked for; else none.
+  virtual std::span<const datasets::Outline> outlines() const { return {}; }
 
   // As it looks in this film; as the experiment states it before `finish`.
   virtual void draw(cv::Mat& picture, const Camera& camera, const DrawnBody& body) const = 0;

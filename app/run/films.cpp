@@ -133,10 +133,10 @@ void read_back(const datasets::RunFolder& folder,
     recording.tracks = datasets::read_tracks(folder.tracks(film));
     return;
   }
-  recording.outline = datasets::read_outline(folder.film_table(film, outline_name));
+  recording.outlines = datasets::read_outlines(folder.film_table(film, outline_name));
   const Json& eye = summary["outline"]["eye_m"];
-  recording.outline->eye = {
-      eye["x"].get<double>(), eye["z"].get<double>(), eye["distance"].get<double>()};
+  for (datasets::Outline& outline : recording.outlines)
+    outline.eye = {eye["x"].get<double>(), eye["z"].get<double>(), eye["distance"].get<double>()};
 }
 
 Json track_film(const datasets::TrackingSpec& spec,
@@ -156,9 +156,9 @@ Json track_film(const datasets::TrackingSpec& spec,
   const auto tracker = tracking::make_tracker(recorded, film);
   const tracking::TrackedFilm tracked = tracking::track_film(*tracker, recorded, film, options);
   std::vector<std::filesystem::path> files;
-  if (const datasets::Outline* outline = tracker->outline()) {
+  if (const auto outlines = tracker->outlines(); !outlines.empty()) {
     files.push_back(folder.film_table(film.name, outline_name));
-    datasets::write_outline(files.back(), *outline);
+    datasets::write_outlines(files.back(), outlines);
   } else {
     files.push_back(folder.tracks(film.name));
     datasets::write_tracks(files.back(), tracked.trajectories);

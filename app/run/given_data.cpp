@@ -1,6 +1,7 @@
 #include "app/run/given_data.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -126,12 +127,36 @@ datasets::DischargeCurve read_given_curve(const datasets::Experiment& experiment
                                         &notes);
 }
 
-// With times from the start event.
-datasets::Outline read_given_outline(const datasets::Replicate& replicate) {
-  datasets::Outline outline = datasets::read_outline(replicate.outline);
-  for (double& time : outline.time) time -= replicate.source.event_time;
-  outline.eye = replicate.eye;
-  return outline;
+// With times from the start event. Surfaces are those of the rig.
+std::vector<datasets::Outline> read_given_outlines(const datasets::Replicate& replicate) {
+  std::vector<datasets::Outline> outlines = datasets::read_outlines(replicate.outline);
+  const auto& surfaces = replicate.rig.seen_outline->surfaces;
+  for (datasets::Outline& outline : outlines) {
+    if (!datasets::surface_named(*replicate.rig.seen_outline, outline.surface)) {
+      std::vector<std::string> names;
+      for (const auto& surface : surfaces) names.push_back(fmt::format("'{}'", surface.name));
+      throw datasets::InputError(
+          surfaces.empty()
+              ? fmt::format("{}: column 'surface' names '{}', but a rig of kind '{}' has one "
+                            "surface; leave the column out.",
+                            replicate.outline.string(),
+                            outline.surface,
+                            replicate.rig.kind)
+          : outline.surface.empty()
+              ? fmt::format("{}: a column 'surface' is missing; it says for every row which "
+                            "surface it is of, {}.",
+                            replicate.outline.string(),
+                            fmt::join(names, " or "))
+              : fmt::format("{}: column 'surface' names '{}', but a rig of kind '{}' has {}.",
+                            replicate.outline.string(),
+                            outline.surface,
+                            replicate.rig.kind,
+                            fmt::join(names, " and ")));
+    }
+    for (double& time : outline.time) time -= replicate.source.event_time;
+    outline.eye = replicate.eye;
+  }
+  return outlines;
 }
 
 }  // namespace
@@ -141,7 +166,7 @@ GivenData read_given_data(const datasets::Experiment& experiment,
   GivenData given;
   if (!replicate.tracks.empty()) read_given_tracks(experiment, replicate, given);
   datasets::Recording& recording = given.recording;
-  if (!replicate.outline.empty()) recording.outline = read_given_outline(replicate);
+  if (!replicate.outline.empty()) recording.outlines = read_given_outlines(replicate);
   if (!replicate.discharge.empty())
     recording.discharge = read_given_curve(experiment, replicate, recording.notes);
   if (!replicate.curves.empty()) {

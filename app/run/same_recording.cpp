@@ -113,9 +113,12 @@ const char* same_in(const datasets::Experiment& experiment,
   const double tolerance = same_place * experiment.particle.half_width;
   if (are_given && shown.tracks && too.tracks)
     return are_same_tracks(*shown.tracks, *too.tracks, tolerance) ? "tracks" : nullptr;
-  if (are_given && shown.outline && too.outline &&
-      are_same_values(shown.outline->height, too.outline->height))
-    return "outline";
+  if (are_given) {
+    for (const datasets::Outline& outline : shown.outlines) {
+      const datasets::Outline* other = too.outline_of(outline.surface);
+      if (other && are_same_values(outline.height, other->height)) return "outline";
+    }
+  }
   if (shown.discharge && too.discharge &&
       are_same_values(shown.discharge->mass, too.discharge->mass))
     return "discharge curve";

@@ -47,10 +47,11 @@ void draw(Session& session,
         files,
         is_interrupted);
     if (times.empty()) return;
-    nlohmann::ordered_json list = {{"replicate", replicate.name},
-                                   {"film", folder.side_by_side().filename().string()},
-                                   {"shows", run.recording.outline ? "outline" : "particles"},
-                                   {"stills", nlohmann::json::array()}};
+    nlohmann::ordered_json list = {
+        {"replicate", replicate.name},
+        {"film", folder.side_by_side().filename().string()},
+        {"shows", run.recording.outlines.empty() ? "particles" : "outline"},
+        {"stills", nlohmann::json::array()}};
     for (std::size_t i = 0; i < times.size(); ++i) {
       const auto file = std::filesystem::relative(files.stills[i], folder.root);
       list["stills"].push_back({{"time_s", times[i]}, {"file", file.generic_string()}});
@@ -91,7 +92,7 @@ void draw_side_by_side(Session& session,
   draw(session, static_cast<std::size_t>(replicate - replicates.begin()), [&] {
     calibrate::SimulationSpec spec =
         problem.spec_of(*scene, point.parameters, point.time_step_fraction, seed_of(session));
-    if (!spec.record.outline) spec.record = {.tracks = true, .curves = {}};
+    if (spec.record.outlines.empty()) spec.record = {.tracks = true, .curves = {}};
     datasets::ScenePhase& last = spec.scene.phases.back();
     if (last.output_interval > film_interval) {
       last.duration = std::floor(last.duration / film_interval + 1e-9) * film_interval;

@@ -264,16 +264,18 @@ void print_given(const datasets::Replicate& replicate, const datasets::Recording
                tracks->time.front(),
                tracks->time.back());
   }
-  if (const auto& outline = recording.outline) {
+  for (const datasets::Outline& outline : recording.outlines) {
+    if (outline.time.empty() || outline.column.empty()) continue;
     fmt::print(
-        "{:<11} an outline in {} columns from {:.4g} to {:.4g} mm, {} moment{} to {:.4g} s\n",
+        "{:<11} an outline{} in {} columns from {:.4g} to {:.4g} mm, {} moment{} to {:.4g} s\n",
         replicate.name,
-        outline->column.size(),
-        1e3 * outline->column.front(),
-        1e3 * outline->column.back(),
-        outline->time.size(),
-        outline->time.size() == 1 ? "" : "s",
-        outline->time.back());
+        outline.surface.empty() ? "" : fmt::format(" '{}'", outline.surface),
+        outline.column.size(),
+        1e3 * outline.column.front(),
+        1e3 * outline.column.back(),
+        outline.time.size(),
+        outline.time.size() == 1 ? "" : "s",
+        outline.time.back());
   }
   if (const auto& discharge = recording.discharge) {
     fmt::print("{:<11} {:.4g} g leave between {:.4g} and {:.4g} s\n",

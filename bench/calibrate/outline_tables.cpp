@@ -79,15 +79,16 @@ int main(int argc, char** argv) {
       }
       const calibrate::EngineRun made =
           problem.engine->run(problem.spec_of(scene, truth, step, first_seed + r), {});
-      if (!made.recording.outline) {
+      if (made.recording.outlines.empty()) {
         fmt::print(stderr, "{}\n", made.message);
         return 1;
       }
-      datasets::Outline outline = experiment.rig.seen_outline->drum
-                                      ? *made.recording.outline
-                                      : last_moment(*made.recording.outline);
-      blur(error_of_height * experiment.particle.diameter, first_seed + r, outline);
-      datasets::write_outline(experiment.replicates[r].outline, outline);
+      std::vector<datasets::Outline> outlines = made.recording.outlines;
+      for (datasets::Outline& outline : outlines) {
+        if (!experiment.rig.seen_outline->drum) outline = last_moment(outline);
+        blur(error_of_height * experiment.particle.diameter, first_seed + r, outline);
+      }
+      datasets::write_outlines(experiment.replicates[r].outline, outlines);
       fmt::print("{}: seed {}, {:.1f} s of one core\n",
                  experiment.replicates[r].outline.string(),
                  first_seed + r,

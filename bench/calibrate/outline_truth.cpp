@@ -89,8 +89,8 @@ struct Simulated {
                seed,
                made.seconds,
                made.time_step,
-               made.recording.outline ? made.recording.outline->time.size() : 0,
-               made.recording.outline ? made.recording.outline->time.back() : 0.0,
+               made.recording.outlines.empty() ? 0 : made.recording.outlines.front().time.size(),
+               made.recording.outlines.empty() ? 0.0 : made.recording.outlines.front().time.back(),
                made.message);
     std::fflush(stdout);
     return made;
@@ -181,7 +181,7 @@ void compare_heap(int seeds, int first) {
   }
   for (int seed = first; seed < first + seeds; ++seed) {
     const calibrate::EngineRun run = simulation.run(static_cast<std::uint64_t>(seed));
-    if (!run.recording.outline) continue;
+    if (run.recording.outlines.empty()) continue;
     add_heap("simulated", *profile_at_rest(run.recording, situation), situation, made);
   }
   const std::vector<double> mean = filmed.mean();
@@ -216,8 +216,8 @@ void compare_drum(int seeds, int first) {
       if (std::abs(seen.x[i]) > middle) seen.z[i] = std::nan("");
     for (int seed = first; seed < first + seeds; ++seed) {
       const calibrate::EngineRun run = simulation.run(static_cast<std::uint64_t>(seed));
-      if (!run.recording.outline) continue;
-      const auto surface = steady_surface(*run.recording.outline, situation);
+      if (run.recording.outlines.empty()) continue;
+      const auto surface = steady_surface(run.recording.outlines.front(), situation);
       if (!surface) continue;
       const Difference off = difference(seen.z, surface->mean);
       fmt::print("{},simulated,{:.2f},{:.2f},{:+.3f},{:.3f}\n",

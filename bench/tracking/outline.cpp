@@ -382,7 +382,7 @@ void read_real_drums(const fs::path& folder, const fs::path& pictures) {
     tracking::TrackingOptions options;
     if (!pictures.empty()) options.annotated_first = pictures / (real.file + ".png");
     const auto tracked = tracking::track_film(*tracker, spec, film, options);
-    const datasets::Outline& outline = *tracker->outline();
+    const datasets::Outline& outline = tracker->outlines().front();
     fmt::print("{}: slope at the middle {:.2f} degrees; by hand {:.1f} and {:.1f}\n",
                real.file,
                drum_angle(outline.column, outline.height, 0.4 * radius),
@@ -468,7 +468,7 @@ int main(int argc, char** argv) {
           options.annotated_last = pictures / (stem + "_last.png");
         }
         const tracking::TrackedFilm tracked = tracking::track_film(*tracker, spec, film, options);
-        const datasets::Outline& outline = *tracker->outline();
+        const datasets::Outline& outline = tracker->outlines().front();
         Errors errors;
         std::vector<double> mean(outline.column.size(), 0.0), true_mean = mean;
         for (const auto& [number_of_frame, balls] : spheres) {

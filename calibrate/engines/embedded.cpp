@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <iterator>
 #include <set>
 
 #include "calibrate/engines/scene_runner.h"
@@ -95,9 +96,11 @@ class RecordedRun final : public SceneRunner {
       return std::find(curves.begin(), curves.end(), curve) != curves.end();
     };
     keeps_highest_ = is_asked_for(highest_grain);
-    if (const auto& plan = spec.record.outline) {
-      outline_.column = plan->columns;
-      outline_.eye = plan->eye;
+    for (const OutlinePlan& plan : spec.record.outlines) {
+      datasets::Outline& outline = outlines_.emplace_back();
+      outline.column = plan.columns;
+      outline.eye = plan.eye;
+      outline.surface = plan.surface;
     }
     for (WallForce& force : wall_forces_of(spec.scene)) {
       if (is_asked_for(force.curve)) wall_forces_.push_back(std::move(force));
@@ -122,7 +125,7 @@ class RecordedRun final : public SceneRunner {
       complete_times(frames);
       run.recording.tracks = std::move(tracks_);
     }
-    if (spec_.record.outline) run.recording.outline = std::move(outline_);
+    run.recording.outlines = std::move(outlines_);
     if (scene_.exit_height) run.recording.discharge = std::move(discharge_);
     run.recording.curves = std::move(curves_);
     return run;
@@ -152,7 +155,7 @@ class RecordedRun final : public SceneRunner {
     if (frame_ > 0 && state.time == last_time_) return;
     last_time_ = state.time;
     if (spec_.record.tracks) keep_tracks(state);
-    if (spec_.record.outline) keep_outline(state);
+    if (!outlines_.empty()) keep_outlines(state);
     const double time = state.time - event_time_;
     if (scene_.exit_height) keep_discharge(state, time);
     if (keeps_highest_) {
@@ -190,16 +193,28 @@ class RecordedRun final : public SceneRunner {
   }
 
   // Of all element spheres that are there.
-  void keep_outline(const sim::State& state) {
+  void keep_outlines(const sim::State& state) {
     std::vector<datasets::Ball> balls;
     for (std::size_t i = 0; i < numbers().size(); ++i) {
       for (const sim::ElementSphere& sphere : built_.scene.types[type_of(numbers()[i])].spheres) {
         balls.push_back({state.position[i] + state.orientation[i] * sphere.centre, sphere.radius});
       }
     }
-    const std::vector<double> heights = datasets::silhouette(balls, outline_.column, outline_.eye);
-    outline_.time.push_back(state.time - event_time_);
-    outline_.height.insert(outline_.height.end(), heights.begin(), heights.end());
+    for (std::size_t i = 0; i < outlines_.size(); ++i) {
+      const OutlinePlan& plan = spec_.record.outlines[i];
+      std::vector<datasets::Ball> own;
+      if (plan.from_z || plan.to_z) {
+        std::copy_if(balls.begin(), balls.end(), std::back_inserter(own), [&](const auto& ball) {
+          return !(plan.from_z && ball.centre.z() < *plan.from_z) &&
+                 !(plan.to_z && ball.centre.z() > *plan.to_z);
+        });
+      }
+      datasets::Outline& outline = outlines_[i];
+      const std::vector<double> heights =
+          datasets::silhouette(plan.from_z || plan.to_z ? own : balls, outline.column, outline.eye);
+      outline.time.push_back(state.time - event_time_);
+      outline.height.insert(outline.height.end(), heights.begin(), heights.end());
+    }
   }
 
   // Below the exit, or taken out below it.
@@ -236,7 +251,7 @@ class RecordedRun final : public SceneRunner {
   std::size_t frame_ = 0;
   double last_time_ = 0.0;
   datasets::Trajectories tracks_;
-  datasets::Outline outline_;
+  std::vector<datasets::Outline> outlines_;  // in the order of the plan
   datasets::DischargeCurve discharge_;
   std::map<std::string, datasets::Curve> curves_;
 };

@@ -20,8 +20,9 @@ void list_fields(Archive& archive, Eye& eye) {
 
 template <class Archive>
 void list_fields(Archive& archive, Outline& outline) {
-  auto& [column, time, height, sigma, eye] = outline;
+  auto& [column, time, height, sigma, eye, surface] = outline;
   archive("column_m", column)("time_s", time)("height_m", height)("sigma_m", sigma)("eye", eye);
+  list_if_any(archive, "surface", surface);
 }
 
 template <class Archive>
@@ -38,8 +39,10 @@ void list_fields(Archive& archive, Curve& curve) {
 
 template <class Archive>
 void list_fields(Archive& archive, Recording& recording) {
-  auto& [tracks, outline, discharge, curves, notes] = recording;
-  archive("tracks", tracks)("outline", outline)("discharge", discharge)("curves", curves);
+  auto& [tracks, outlines, discharge, curves, notes] = recording;
+  archive("tracks", tracks);
+  list_surfaces(archive, outlines);
+  archive("discharge", discharge)("curves", curves);
   archive("notes", notes);
 }
 

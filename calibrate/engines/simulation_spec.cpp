@@ -27,15 +27,18 @@ void list_fields(Archive& archive, FilmedStart& start) {
 
 template <class Archive>
 void list_fields(Archive& archive, OutlinePlan& plan) {
-  auto& [columns, eye] = plan;
+  auto& [columns, eye, surface, from_z, to_z] = plan;
   archive("columns_m", columns)("eye_x_m", eye.x)("eye_z_m", eye.z);
   archive("eye_distance_m", eye.distance);
+  datasets::list_if_any(archive, "surface", surface);
+  archive("from_z_m", from_z)("to_z_m", to_z);
 }
 
 template <class Archive>
 void list_fields(Archive& archive, RecordPlan& plan) {
-  auto& [tracks, curves, outline] = plan;
-  archive("tracks", tracks)("curves", curves)("outline", outline);
+  auto& [tracks, curves, outlines] = plan;
+  archive("tracks", tracks)("curves", curves);
+  datasets::list_surfaces(archive, outlines);
 }
 
 template <class Archive>

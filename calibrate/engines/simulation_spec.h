@@ -22,17 +22,20 @@ struct FilmedStart {
   datasets::Pose standard_deviation{0.0, 0.0, 0.0};
 };
 
-// In which columns the outline of the bed is kept, and seen from where.
+// In which columns the outline of a surface is kept, and seen from where.
 struct OutlinePlan {
   std::vector<double> columns;  // m, middles of columns of equal width
   datasets::Eye eye;
+  std::string surface = {};  // its name; empty where the rig has one
+  std::optional<double> from_z = {},
+                        to_z = {};  // m; of balls whose middles lie between these alone
 };
 
 // What is kept of a simulation, at the frames of the phases from the event on.
 struct RecordPlan {
   bool tracks = true;
   std::vector<std::string> curves;  // by the names of recording.h
-  std::optional<OutlinePlan> outline;
+  std::vector<OutlinePlan> outlines = {};
 };
 
 struct SimulationSpec {

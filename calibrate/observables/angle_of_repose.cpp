@@ -10,13 +10,14 @@ namespace {
 
 class AngleOfRepose final : public ProfileNumber {
  public:
-  std::string name() const override { return "angle_of_repose"; }
-  ChannelWords words() const override { return {"Angle of repose", "rad", "", ""}; }
+  using ProfileNumber::ProfileNumber;
   void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
     tell_outlines(measured, results);
   }
 
  protected:
+  std::string_view stem() const override { return "angle_of_repose"; }
+  ChannelWords plain_words() const override { return {"Angle of repose", "rad", "", ""}; }
   // A bed with one flank alone, against a wall, has the angle of that.
   std::optional<Value> read_off(const BedProfile& profile,
                                 const Situation& situation) const override {
@@ -41,7 +42,9 @@ class AngleOfRepose final : public ProfileNumber {
 
 }  // namespace
 
-extern constinit const ObservableKind angle_of_repose_kind{.name = "angle_of_repose",
-                                                           .make = make_of_outlines<AngleOfRepose>};
+extern constinit const ObservableKind angle_of_repose_kind{
+    .name = "angle_of_repose",
+    .make = make_of_outlines<AngleOfRepose>,
+    .make_of_surface = make_of_surface<AngleOfRepose>};
 
 }  // namespace graintruth::calibrate

@@ -1,6 +1,7 @@
 #include "calibrate/observables/bed_profile.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +20,6 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double lowest_share = 0.2, highest_share = 0.8;  // of the height, of a flank
 constexpr double low_edge = 1.5;                           // grain diameters
 constexpr int fewest_columns = 3;
-
-double floor_of(const Situation& situation) { return situation.rig.seen_outline->floor_z; }
 
 // Mean of the finite heights of the outline's columns from `first` to `last`, and its uncertainty.
 void average(const Outline& outline,
@@ -75,12 +74,26 @@ void tell_floor(double floor, double grain, BedProfile& profile) {
 
 }  // namespace
 
-std::vector<double> columns_of(const Situation& situation) {
-  return datasets::outline_columns(*situation.rig.seen_outline, situation.particle.diameter);
+datasets::SeenOutline::Surface surface_of(const Situation& situation, std::string_view surface) {
+  return *datasets::surface_named(*situation.rig.seen_outline, surface);
+}
+
+bool runs_out_below(const Situation& situation, std::string_view surface) {
+  const double floor = surface_of(situation, surface).floor_z;
+  const auto& all = situation.rig.seen_outline->surfaces;
+  return std::any_of(
+      all.begin(), all.end(), [&](const auto& other) { return other.floor_z < floor; });
+}
+
+std::vector<double> columns_of(const Situation& situation, std::string_view surface) {
+  return datasets::outline_columns(surface_of(situation, surface), situation.particle.diameter);
 }
 
 BedProfile profile_at(const Outline& outline, std::size_t moment, const Situation& situation) {
-  BedProfile profile{.x = columns_of(situation)};
+  BedProfile profile{.x = columns_of(situation, outline.surface),
+                     .z = {},
+                     .sigma = {},
+                     .floor = surface_of(situation, outline.surface).floor_z};
   const std::vector<double>& own = outline.column;
   const double width = profile.x[1] - profile.x[0];
   const double slack = 1e-6 * width;  // round-off of what is written in files
@@ -106,13 +119,14 @@ BedProfile profile_at(const Outline& outline, std::size_t moment, const Situatio
   }
   // In a drum the shell is below the bed everywhere, and no floor is seen
   if (anything && !situation.rig.seen_outline->drum)
-    tell_floor(floor_of(situation), situation.particle.diameter, profile);
+    tell_floor(profile.floor, situation.particle.diameter, profile);
   return profile;
 }
 
 std::optional<BedProfile> profile_at_rest(const datasets::Recording& recording,
-                                          const Situation& situation) {
-  const auto& outline = recording.outline;
+                                          const Situation& situation,
+                                          std::string_view surface) {
+  const datasets::Outline* outline = recording.outline_of(surface);
   if (!outline || outline->time.empty() || outline->column.size() < 2) return std::nullopt;
   return profile_at(*outline, outline->time.size() - 1, situation);
 }
@@ -125,24 +139,32 @@ std::optional<std::size_t> apex_of(const BedProfile& profile) {
   return apex;
 }
 
-//   z = a + b x,   s^2 = sum (z - a - b x)^2 / (n - 2),   var b = s^2 / Sxx
-// Columns that see the same grain err alike: with k of them a grain, var b is k times that.
-std::optional<Flank> flank_of(const BedProfile& profile, Side side, const Situation& situation) {
-  const auto apex = apex_of(profile);
-  if (!apex) return std::nullopt;
-  const double floor = floor_of(situation), height = profile.z[*apex] - floor;
-  // 1. The columns of the flank
+namespace {
+
+// From `from` on in a direction until the end: columns between 20 and 80 % of the height there, as
+// far as they are above 20 %.
+std::vector<std::size_t> slope_below(const BedProfile& profile,
+                                     std::size_t from,
+                                     std::ptrdiff_t direction,
+                                     std::ptrdiff_t end) {
+  const double height = profile.z[from] - profile.floor;
   std::vector<std::size_t> places;
-  const std::ptrdiff_t outwards = side == Side::left ? -1 : 1;
-  for (auto i = static_cast<std::ptrdiff_t>(*apex);
-       i >= 0 && i < static_cast<std::ptrdiff_t>(profile.z.size());
-       i += outwards) {
-    const double z = profile.z[static_cast<std::size_t>(i)] - floor;
+  for (auto i = static_cast<std::ptrdiff_t>(from); i != end; i += direction) {
+    const double z = profile.z[static_cast<std::size_t>(i)] - profile.floor;
     if (z < lowest_share * height) break;
     if (z <= highest_share * height) places.push_back(static_cast<std::size_t>(i));
   }
+  return places;
+}
+
+//   z = a + b x,   s^2 = sum (z - a - b x)^2 / (n - 2),   var b = s^2 / Sxx
+// Columns that see the same grain err alike: with k of them a grain, var b is k times that.
+// `falling` is +1 where the angle counts as one that falls to the right.
+std::optional<Flank> line_through(const BedProfile& profile,
+                                  const std::vector<std::size_t>& places,
+                                  double falling,
+                                  const Situation& situation) {
   if (static_cast<int>(places.size()) < fewest_columns) return std::nullopt;
-  // 2. The line
   const auto n = static_cast<double>(places.size());
   double x_mean = 0.0, z_mean = 0.0;
   for (const std::size_t i : places) {
@@ -163,7 +185,7 @@ std::optional<Flank> flank_of(const BedProfile& profile, Side side, const Situat
   const double alike = std::max(1.0, situation.particle.diameter / (profile.x[1] - profile.x[0]));
   const double slope_error = std::sqrt(alike * squares / (n - 2.0) / sxx);
   Flank flank;
-  flank.angle = -static_cast<double>(outwards) * std::atan(slope);
+  flank.angle = -falling * std::atan(slope);
   flank.standard_error = slope_error / (1.0 + slope * slope);
   flank.roughness = std::sqrt(squares / n);
   flank.from_x = profile.x[places.front()];
@@ -172,10 +194,49 @@ std::optional<Flank> flank_of(const BedProfile& profile, Side side, const Situat
   return flank;
 }
 
+}  // namespace
+
+std::optional<Flank> flank_of(const BedProfile& profile, Side side, const Situation& situation) {
+  const auto apex = apex_of(profile);
+  if (!apex) return std::nullopt;
+  const bool to_left = side == Side::left;
+  const auto count = static_cast<std::ptrdiff_t>(profile.z.size());
+  return line_through(profile,
+                      slope_below(profile, *apex, to_left ? -1 : 1, to_left ? -1 : count),
+                      to_left ? -1.0 : 1.0,
+                      situation);
+}
+
+std::optional<std::size_t> valley_of(const BedProfile& profile) {
+  std::vector<std::size_t> lowest;
+  for (std::size_t i = 0; i < profile.z.size(); ++i) {
+    if (std::isnan(profile.z[i])) continue;
+    if (!lowest.empty() && profile.z[i] < profile.z[lowest.front()]) lowest.clear();
+    if (lowest.empty() || profile.z[i] == profile.z[lowest.front()]) lowest.push_back(i);
+  }
+  if (lowest.empty()) return std::nullopt;
+  return lowest[lowest.size() / 2];
+}
+
+std::optional<Flank> slope_of(const BedProfile& profile, Side side, const Situation& situation) {
+  const auto valley = valley_of(profile);
+  if (!valley) return std::nullopt;
+  const bool to_left = side == Side::left;
+  std::optional<std::size_t> top;
+  for (std::size_t i = to_left ? 0 : *valley + 1; i < (to_left ? *valley : profile.z.size()); ++i)
+    if (std::isfinite(profile.z[i]) && (!top || profile.z[i] > profile.z[*top])) top = i;
+  if (!top) return std::nullopt;
+  return line_through(
+      profile,
+      slope_below(profile, *top, to_left ? 1 : -1, static_cast<std::ptrdiff_t>(*valley)),
+      to_left ? 1.0 : -1.0,
+      situation);
+}
+
 double foot_of(const BedProfile& profile, Side side, const Situation& situation) {
   const auto apex = apex_of(profile);
   if (!apex) return nan;
-  const double limit = floor_of(situation) + situation.particle.diameter;
+  const double limit = profile.floor + situation.particle.diameter;
   const double half = 0.5 * (profile.x[1] - profile.x[0]);
   const std::ptrdiff_t outwards = side == Side::left ? -1 : 1;
   const auto count = static_cast<std::ptrdiff_t>(profile.z.size());
@@ -193,7 +254,7 @@ double foot_of(const BedProfile& profile, Side side, const Situation& situation)
   return profile.x[static_cast<std::size_t>(i - outwards)] + static_cast<double>(outwards) * half;
 }
 
-double first_width(const Situation& situation) {
+double first_width(const Situation& situation, std::string_view surface) {
   const datasets::SeenOutline& seen = *situation.rig.seen_outline;
   if (seen.drum) return 2.0 * seen.drum->radius;
   double left = std::numeric_limits<double>::infinity(), right = -left;
@@ -203,17 +264,26 @@ double first_width(const Situation& situation) {
       right = std::max(right, corner.x());
     }
   };
-  for (const datasets::SeenOutline::Polygon& polygon : seen.grains_before) reach(polygon);
-  if (seen.grains_before.empty() && seen.mover) reach(seen.mover->drawing);
+  const datasets::SeenOutline::Surface own = surface_of(situation, surface);
+  const auto stands_there = [&](const datasets::SeenOutline::Polygon& polygon) {
+    double middle = 0.0;
+    for (const Eigen::Vector2d& corner : polygon)
+      middle += corner.y() / static_cast<double>(polygon.size());
+    return surface.empty() || (middle > own.floor_z && !(own.top_z && middle > *own.top_z));
+  };
+  for (const datasets::SeenOutline::Polygon& polygon : seen.grains_before)
+    if (stands_there(polygon)) reach(polygon);
+  if (seen.grains_before.empty() && seen.mover && surface.empty()) reach(seen.mover->drawing);
   return right > left ? right - left : 0.0;
 }
 
-std::vector<double> bottom_of(const Situation& situation) {
+std::vector<double> bottom_of(const Situation& situation, std::string_view surface) {
   const datasets::SeenOutline& seen = *situation.rig.seen_outline;
-  std::vector<double> bottom = columns_of(situation);
+  const double floor = surface_of(situation, surface).floor_z;
+  std::vector<double> bottom = columns_of(situation, surface);
   for (double& x : bottom) {
     if (!seen.drum) {
-      x = seen.floor_z;
+      x = floor;
       continue;
     }
     const double radius = seen.drum->radius;
@@ -239,8 +309,37 @@ std::unique_ptr<Rule> rule_of_outlines(const RuleParts& parts,
       std::move(lacking));
 }
 
-void require_outline(const datasets::Experiment& experiment, std::string_view observable) {
-  if (experiment.rig.seen_outline) return;
+std::string OfSurface::named(std::string words, std::string_view between) const {
+  if (!surface_.empty()) words.append(between).append(surface_);
+  return words;
+}
+
+const datasets::Outline* OfSurface::outline_in(const datasets::Recording& recording) const {
+  const datasets::Outline* outline = recording.outline_of(surface_);
+  return outline && !outline->time.empty() && outline->column.size() > 1 ? outline : nullptr;
+}
+
+std::string OfSurface::lacking_words() const {
+  if (surface_.empty()) return lacking_outline;
+  return fmt::format("{}, and surface, which says '{}' there", lacking_outline, surface_);
+}
+
+void require_surface(const datasets::Experiment& experiment,
+                     std::string_view observable,
+                     std::string_view surface) {
+  if (experiment.rig.seen_outline) {
+    if (datasets::surface_named(*experiment.rig.seen_outline, surface)) return;
+    std::vector<std::string> names;
+    for (const auto& one : experiment.rig.seen_outline->surfaces)
+      names.push_back(fmt::format("'{}_{}'", observable, one.name));
+    throw datasets::InputError(
+        fmt::format("{}: '{}' is compared, but a rig of kind '{}' has several surfaces; say which: "
+                    "{}.",
+                    experiment.file.string(),
+                    observable,
+                    experiment.rig.kind,
+                    fmt::join(names, " or ")));
+  }
   throw datasets::InputError(
       fmt::format("{}: '{}' is compared, but a rig of kind '{}' does not tell where the outline of "
                   "its bed is seen; compare something else.",

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -15,22 +16,31 @@ struct BedProfile {
   std::vector<double> z;  // m, of the surface; the floor where the bed does not reach, NaN where
                           // the surface is hidden
   std::vector<double> sigma;  // m; NaN where none is known
+  double floor = 0.0;         // m, under the bed
 };
 
-// The columns in which a situation is compared, m. Its rig must have a seen outline.
-std::vector<double> columns_of(const Situation& situation);
+// What a rig that is seen by its outline tells of one of its surfaces, by the name (empty where
+// there is one without).
+datasets::SeenOutline::Surface surface_of(const Situation& situation, std::string_view surface);
 
-// The outline at one of its moments, in these columns: the mean of its own whose middles lie in
-// each; where its own are wider, by a straight line between their middles. A stretch
-// without grains is bare floor where the bed next to it is low, at most one and a half grains;
-// between higher places something hides the surface.
+// Whether a bed runs out into another one that lies below it, and what stays of it rises outwards.
+bool runs_out_below(const Situation& situation, std::string_view surface);
+
+// The columns in which a surface is compared, m. The rig must have a seen outline.
+std::vector<double> columns_of(const Situation& situation, std::string_view surface = {});
+
+// The outline of a surface at one of its moments, in the columns of that surface: the mean of its
+// own whose middles lie in each; where its own are wider, by a straight line between their middles.
+// A stretch without grains is bare floor where the bed next to it is low, at most one and a half
+// grains; between higher places something hides the surface.
 BedProfile profile_at(const datasets::Outline& outline,
                       std::size_t moment,
                       const Situation& situation);
 
 // Its last moment; nothing where an outline has none.
 std::optional<BedProfile> profile_at_rest(const datasets::Recording& recording,
-                                          const Situation& situation);
+                                          const Situation& situation,
+                                          std::string_view surface = {});
 
 // The highest column; none where nothing is seen.
 std::optional<std::size_t> apex_of(const BedProfile& profile);
@@ -50,27 +60,72 @@ struct Flank {
 // Nothing where fewer than three columns tell it.
 std::optional<Flank> flank_of(const BedProfile& profile, Side side, const Situation& situation);
 
+// The column where a bed that rises to both sides is lowest, the middle of several; none where
+// nothing is seen.
+std::optional<std::size_t> valley_of(const BedProfile& profile);
+
+// A line through what rises outwards from there on one side: from the highest column of that side
+// inwards, over columns between 80 and 20 % of its height above the floor, as far as they are above
+// 20 %. The angle rises outwards. Nothing where fewer than three columns tell it.
+std::optional<Flank> slope_of(const BedProfile& profile, Side side, const Situation& situation);
+
 // m: where the bed ends on one side, walking outwards from the apex: where it falls below one grain
 // diameter. Lone grains are no bed. NaN where something hides it.
 double foot_of(const BedProfile& profile, Side side, const Situation& situation);
 
 // m: of what holds the bed before the event, a column or a tube with its wall.
-double first_width(const Situation& situation);
+// Of a surface of several, what stood on its floor; 0 where nothing did.
+double first_width(const Situation& situation, std::string_view surface = {});
+
+// An observable of one surface of the bed. Where a rig has several, the name of the surface stands
+// at the end of its own: free_surface_upper.
+class OfSurface : public Observable {
+ public:
+  explicit OfSurface(std::string surface) : surface_(std::move(surface)) {}
+
+  std::string name() const final { return named(std::string(stem()), "_"); }
+  ChannelWords words() const final {
+    ChannelWords words = plain_words();
+    words.title = named(std::move(words.title), ", ");
+    return words;
+  }
+  bool needs_outline() const final { return true; }
+  std::string lacking_words() const override;
+
+ protected:
+  virtual std::string_view stem() const = 0;     // free_surface
+  virtual ChannelWords plain_words() const = 0;  // of a rig with one surface
+  const std::string& surface() const { return surface_; }
+  // Null where the recording does not tell it.
+  const datasets::Outline* outline_in(const datasets::Recording& recording) const;
+
+ private:
+  std::string named(std::string words, std::string_view between) const;
+
+  std::string surface_;
+};
 
 // Throws datasets::InputError where the experiment compares an outline that its rig does not have.
-void require_outline(const datasets::Experiment& experiment, std::string_view observable);
+void require_surface(const datasets::Experiment& experiment,
+                     std::string_view observable,
+                     std::string_view surface);
 
-// How an observable of outlines is made, for its kind.
-template <class OfOutlines>
+// How an observable of a surface is made, for its kind.
+template <class Made>
+std::shared_ptr<const Observable> make_of_surface(const datasets::Experiment& experiment,
+                                                  std::string_view surface) {
+  const auto made = std::make_shared<Made>(std::string(surface));
+  require_surface(experiment, made->name(), surface);
+  return made;
+}
+template <class Made>
 std::shared_ptr<const Observable> make_of_outlines(const datasets::Experiment& experiment,
                                                    datasets::TomlSection*) {
-  const auto made = std::make_shared<OfOutlines>();
-  require_outline(experiment, made->name());
-  return made;
+  return make_of_surface<Made>(experiment, {});
 }
 
 // m, in every column: the floor, or the shell of a drum, which is seen where no grains are.
-std::vector<double> bottom_of(const Situation& situation);
+std::vector<double> bottom_of(const Situation& situation, std::string_view surface = {});
 
 // The rule of values at many places or moments, each from its own replicates. What is claimed to be
 // known better than by `least_error` (grain diameters) counts as known so well. `lacking` is what

@@ -14,33 +14,33 @@ namespace {
 constexpr double fewest_independent = 5.0;
 constexpr double least_error = 0.01;  // grain diameters, as of a free surface at rest
 
-class DrumSurface final : public Observable {
+class DrumSurface final : public OfSurface {
  public:
-  std::string name() const override { return "drum_surface"; }
-  ChannelWords words() const override { return {"Mean surface in the drum", "m", "place", "m"}; }
+  using OfSurface::OfSurface;
+
   std::vector<double> axis(const Situation& situation) const override {
-    return columns_of(situation);
+    return columns_of(situation, surface());
   }
 
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
                   const Channel* like) const override {
-    if (!recording.outline || recording.outline->column.size() < 2) return {};
-    const auto surface = steady_surface(*recording.outline, situation);
-    if (!surface) {
+    const datasets::Outline* outline = outline_in(recording);
+    if (!outline) return {};
+    const auto steady = steady_surface(*outline, situation);
+    if (!steady) {
       if (!like || !like->is_known()) return {};
       return {.values = std::vector<double>(like->values.size(), std::nan(""))};
     }
-    Channel channel{.values = surface->mean};
-    for (const double sd : surface->sd)
-      channel.errors.push_back(sd / std::sqrt(surface->independent));
-    channel.details["sd_m"] = surface->sd;
-    channel.details["slope"] = {surface->slope, surface->slope_error, surface->slope_sd};
-    channel.details["independent"] = {surface->independent};
-    channel.details["is_drifting"] = {surface->is_drifting ? 1.0 : 0.0};
+    Channel channel{.values = steady->mean};
+    for (const double sd : steady->sd)
+      channel.errors.push_back(sd / std::sqrt(steady->independent));
+    channel.details["sd_m"] = steady->sd;
+    channel.details["slope"] = {steady->slope, steady->slope_error, steady->slope_sd};
+    channel.details["independent"] = {steady->independent};
+    channel.details["is_drifting"] = {steady->is_drifting ? 1.0 : 0.0};
     return channel;
   }
-  bool needs_outline() const override { return true; }
   std::string contradiction(const Channel& channel, const Situation&) const override {
     if (!channel.is_known()) return "";
     if (channel.details.at("is_drifting").front() > 0.0) {
@@ -58,20 +58,28 @@ class DrumSurface final : public Observable {
   }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
-    return rule_of_outlines(parts, name(), least_error, bottom_of(parts.situations->front()));
+    return rule_of_outlines(
+        parts, name(), least_error, bottom_of(parts.situations->front(), surface()));
   }
   void tell_measured(const MeasuredExperiment& measured, Results& results) const override {
     tell_outlines(measured, results);
   }
   std::string lacking_words() const override {
-    return std::string(lacking_outline) +
-           ", with at least 20 moments of a drum that turns steadily";
+    return OfSurface::lacking_words() + ", with at least 20 moments of a drum that turns steadily";
+  }
+
+ protected:
+  std::string_view stem() const override { return "drum_surface"; }
+  ChannelWords plain_words() const override {
+    return {"Mean surface in the drum", "m", "place", "m"};
   }
 };
 
 }  // namespace
 
-extern constinit const ObservableKind drum_surface_kind{.name = "drum_surface",
-                                                        .make = make_of_outlines<DrumSurface>};
+extern constinit const ObservableKind drum_surface_kind{
+    .name = "drum_surface",
+    .make = make_of_outlines<DrumSurface>,
+    .make_of_surface = make_of_surface<DrumSurface>};
 
 }  // namespace graintruth::calibrate

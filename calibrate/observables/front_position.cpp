@@ -14,10 +14,10 @@ namespace {
 // Grain diameters: between two columns the foot is known by a straight line
 constexpr double least_error = 0.25;
 
-class FrontPosition final : public Observable {
+class FrontPosition final : public OfSurface {
  public:
-  std::string name() const override { return "front_position"; }
-  ChannelWords words() const override { return {"Way of the front", "m", "time", "s"}; }
+  using OfSurface::OfSurface;
+
   std::vector<double> axis(const Situation& situation) const override {
     return measurement_times(situation.measurement.frame_interval, situation.measurement.frames);
   }
@@ -27,8 +27,8 @@ class FrontPosition final : public Observable {
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
                   const Channel* like) const override {
-    const auto& outline = recording.outline;
-    if (!outline || outline->time.empty() || outline->column.size() < 2) return {};
+    const datasets::Outline* outline = outline_in(recording);
+    if (!outline) return {};
     Channel channel;
     for (const double time : axis(situation)) {
       const std::vector<double>& times = outline->time;
@@ -38,7 +38,8 @@ class FrontPosition final : public Observable {
       const BedProfile profile =
           profile_at(*outline, static_cast<std::size_t>(nearest - times.begin()), situation);
       channel.values.push_back(foot_of(profile, Side::right, situation) -
-                               foot_of(profile, Side::left, situation) - first_width(situation));
+                               foot_of(profile, Side::left, situation) -
+                               first_width(situation, surface()));
     }
     if (like && like->is_known()) return channel;
     if (std::none_of(channel.values.begin(), channel.values.end(), [](double value) {
@@ -48,17 +49,21 @@ class FrontPosition final : public Observable {
     }
     return channel;
   }
-  bool needs_outline() const override { return true; }
 
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override {
     return rule_of_outlines(parts, name(), least_error);
   }
-  std::string lacking_words() const override { return lacking_outline; }
+
+ protected:
+  std::string_view stem() const override { return "front_position"; }
+  ChannelWords plain_words() const override { return {"Way of the front", "m", "time", "s"}; }
 };
 
 }  // namespace
 
-extern constinit const ObservableKind front_position_kind{.name = "front_position",
-                                                          .make = make_of_outlines<FrontPosition>};
+extern constinit const ObservableKind front_position_kind{
+    .name = "front_position",
+    .make = make_of_outlines<FrontPosition>,
+    .make_of_surface = make_of_surface<FrontPosition>};
 
 }  // namespace graintruth::calibrate

@@ -141,6 +141,10 @@ using MakeObservable = std::shared_ptr<const Observable> (*)(const datasets::Exp
 struct ObservableKind {
   std::string_view name;
   MakeObservable make;
+  // Of one of several surfaces of a rig, whose name follows the kind's own: free_surface_upper.
+  // Null where there is no such thing.
+  std::shared_ptr<const Observable> (*make_of_surface)(const datasets::Experiment& experiment,
+                                                       std::string_view surface) = nullptr;
 };
 
 }  // namespace graintruth::calibrate

@@ -21,6 +21,7 @@ void tell_outlines(const MeasuredExperiment& measured, Results& results) {
   if (results.tables.contains(table_name)) return;
   datasets::Table table({"replicate",
                          "setting",
+                         "surface",
                          "angle_left_rad",
                          "angle_left_error_rad",
                          "angle_right_rad",
@@ -35,35 +36,40 @@ void tell_outlines(const MeasuredExperiment& measured, Results& results) {
   for (std::size_t r = 0; r < measured.recordings.size(); ++r) {
     const datasets::Recording& recording = measured.recordings[r];
     const Situation& situation = measured.situations[r];
-    if (!recording.outline || recording.outline->column.size() < 2) continue;
-    std::vector<double> values(11, nan);
-    if (situation.rig.seen_outline->drum) {
-      if (const auto surface = steady_surface(*recording.outline, situation)) {
-        values[8] = surface->slope;
-        values[9] = surface->slope_error;
-        values[10] = surface->slope_sd;
+    for (const datasets::Outline& outline : recording.outlines) {
+      if (outline.column.size() < 2) continue;
+      std::vector<double> values(11, nan);
+      if (situation.rig.seen_outline->drum) {
+        if (const auto surface = steady_surface(outline, situation)) {
+          values[8] = surface->slope;
+          values[9] = surface->slope_error;
+          values[10] = surface->slope_sd;
+        }
+      } else if (const auto profile = profile_at_rest(recording, situation, outline.surface);
+                 profile && apex_of(*profile)) {
+        double squares = 0.0;
+        int flanks = 0;
+        for (const Side side : {Side::left, Side::right}) {
+          const bool runs_out = runs_out_below(situation, outline.surface);
+          const auto flank =
+              runs_out ? slope_of(*profile, side, situation) : flank_of(*profile, side, situation);
+          const std::size_t at = side == Side::left ? 0 : 2;
+          if (!runs_out) values[6 + at / 2] = foot_of(*profile, side, situation);
+          if (!flank) continue;
+          values[at] = flank->angle;
+          values[at + 1] = flank->standard_error;
+          squares += flank->roughness * flank->roughness;
+          ++flanks;
+        }
+        if (flanks > 0) values[4] = std::sqrt(squares / flanks);
+        values[5] = profile->z[*apex_of(*profile)] - profile->floor;
       }
-    } else if (const auto profile = profile_at_rest(recording, situation);
-               profile && apex_of(*profile)) {
-      double squares = 0.0;
-      int flanks = 0;
-      for (const Side side : {Side::left, Side::right}) {
-        const auto flank = flank_of(*profile, side, situation);
-        const std::size_t at = side == Side::left ? 0 : 2;
-        values[6 + at / 2] = foot_of(*profile, side, situation);
-        if (!flank) continue;
-        values[at] = flank->angle;
-        values[at + 1] = flank->standard_error;
-        squares += flank->roughness * flank->roughness;
-        ++flanks;
-      }
-      if (flanks > 0) values[4] = std::sqrt(squares / flanks);
-      values[5] = profile->z[*apex_of(*profile)] - situation.rig.seen_outline->floor_z;
+      std::vector<std::string> row = {measured.experiment.replicates[r].name,
+                                      datasets::words_on(situation.rig.settings),
+                                      outline.surface};
+      for (const double value : values) row.push_back(std::isnan(value) ? "" : number_text(value));
+      table.add(std::move(row));
     }
-    std::vector<std::string> row = {measured.experiment.replicates[r].name,
-                                    datasets::words_on(situation.rig.settings)};
-    for (const double value : values) row.push_back(std::isnan(value) ? "" : number_text(value));
-    table.add(std::move(row));
   }
   if (table.rows() > 0) results.tables[table_name] = std::move(table);
 }

@@ -8,8 +8,10 @@
 
 namespace graintruth::calibrate {
 
-class ProfileNumber : public Observable {
+class ProfileNumber : public OfSurface {
  public:
+  using OfSurface::OfSurface;
+
   // Number, standard deviation of its measurement (NaN: none known) and details.
   struct Value {
     double value = 0.0, error = 0.0;
@@ -21,15 +23,13 @@ class ProfileNumber : public Observable {
   Channel measure(const datasets::Recording& recording,
                   const Situation& situation,
                   const Channel* like) const override {
-    const auto profile = profile_at_rest(recording, situation);
+    const auto profile = profile_at_rest(recording, situation, surface());
     std::optional<Value> read;
     if (profile && apex_of(*profile)) read = read_off(*profile, situation);
     if (!read) return like && like->is_known() ? Channel{.values = {at_rest}} : Channel{};
     return {.values = {read->value}, .errors = {read->error}, .details = read->details};
   }
-  bool needs_outline() const override { return true; }
   std::unique_ptr<Rule> rule(const RuleParts& parts) const override;
-  std::string lacking_words() const override { return lacking_outline; }
 
  protected:
   static constexpr double at_rest = 0.0;

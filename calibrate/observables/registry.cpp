@@ -25,28 +25,47 @@ constexpr std::array all_kinds = {
 #undef KIND
 };
 
+struct Named {
+  const ObservableKind* kind = nullptr;  // null: nobody knows the name
+  std::string_view surface = {};         // of the rig's; empty: none
+};
+
 // A name that is none of these is one of the user's own, if [measure.<name>] says what it is.
-const ObservableKind* kind_named(std::string_view name, bool has_settings) {
+Named kind_named(std::string_view name, const datasets::Rig& rig, bool has_settings) {
   for (const ObservableKind* kind : all_kinds) {
-    if (kind->name == name) return kind;
+    if (kind->name == name) return {kind};
+    if (!kind->make_of_surface || !rig.seen_outline || !name.starts_with(kind->name)) continue;
+    for (const auto& surface : rig.seen_outline->surfaces)
+      if (name.substr(kind->name.size()) == "_" + surface.name) return {kind, surface.name};
   }
-  return has_settings ? &own_curve_kind : nullptr;
+  return {has_settings ? &own_curve_kind : nullptr};
+}
+
+// What can be compared of a rig, for sentences.
+std::vector<std::string> names_of(const datasets::Rig& rig) {
+  std::vector<std::string> names;
+  for (const ObservableKind* kind : all_kinds) {
+    if (!kind->make_of_surface || !rig.seen_outline || rig.seen_outline->surfaces.empty()) {
+      names.emplace_back(kind->name);
+      continue;
+    }
+    for (const auto& surface : rig.seen_outline->surfaces)
+      names.push_back(fmt::format("{}_{}", kind->name, surface.name));
+  }
+  return names;
 }
 
 }  // namespace
 
 Observables::Observables(const datasets::Experiment& experiment) : experiment_(&experiment) {
   for (const datasets::RequestedObservable& requested : experiment.measurement.observables) {
-    const ObservableKind* kind = kind_named(requested.name, requested.settings != nullptr);
-    if (kind == nullptr) {
-      std::vector<std::string_view> names;
-      for (const ObservableKind* known : all_kinds) names.push_back(known->name);
+    if (!kind_named(requested.name, experiment.rig, requested.settings != nullptr).kind) {
       throw datasets::InputError(
           fmt::format("{}: key 'measure.observables' names '{}', but known are {}; one of your own "
                       "is described by a table [measure.{}].",
                       experiment.file.string(),
                       requested.name,
-                      fmt::join(names, ", "),
+                      fmt::join(names_of(experiment.rig), ", "),
                       requested.name));
     }
     compared_.push_back({add(requested.name, requested.settings.get()), requested.weight});
@@ -55,8 +74,9 @@ Observables::Observables(const datasets::Experiment& experiment) : experiment_(&
 
 std::size_t Observables::add(const std::string& name, datasets::TomlSection* settings) {
   if (const auto known = find(name)) return *known;
-  const ObservableKind* kind = kind_named(name, settings != nullptr);
-  all_.push_back(kind->make(*experiment_, settings));
+  const auto [kind, surface] = kind_named(name, experiment_->rig, settings != nullptr);
+  all_.push_back(surface.empty() ? kind->make(*experiment_, settings)
+                                 : kind->make_of_surface(*experiment_, surface));
   if (settings) settings->finish();
   const std::size_t place = all_.size() - 1;
   const std::shared_ptr<const Observable> made = all_.back();

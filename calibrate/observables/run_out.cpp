@@ -10,22 +10,25 @@ namespace {
 
 class RunOut final : public ProfileNumber {
  public:
-  std::string name() const override { return "run_out"; }
-  ChannelWords words() const override { return {"Run-out", "m", "", ""}; }
+  using ProfileNumber::ProfileNumber;
 
  protected:
+  std::string_view stem() const override { return "run_out"; }
+  ChannelWords plain_words() const override { return {"Run-out", "m", "", ""}; }
   std::optional<Value> read_off(const BedProfile& profile,
                                 const Situation& situation) const override {
     const double length =
         foot_of(profile, Side::right, situation) - foot_of(profile, Side::left, situation);
     if (!std::isfinite(length)) return std::nullopt;
-    return Value{length - first_width(situation), std::numeric_limits<double>::quiet_NaN()};
+    return Value{length - first_width(situation, surface()),
+                 std::numeric_limits<double>::quiet_NaN()};
   }
 };
 
 }  // namespace
 
 extern constinit const ObservableKind run_out_kind{.name = "run_out",
-                                                   .make = make_of_outlines<RunOut>};
+                                                   .make = make_of_outlines<RunOut>,
+                                                   .make_of_surface = make_of_surface<RunOut>};
 
 }  // namespace graintruth::calibrate

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "datasets/imports/discharge_curve.h"
@@ -22,10 +23,17 @@ struct Curve {
 
 struct Recording {
   std::optional<Trajectories> tracks;       // grains as the camera sees them
-  std::optional<Outline> outline;           // the free surface of the bed
+  std::vector<Outline> outlines;            // the free surfaces of the bed, each once
   std::optional<DischargeCurve> discharge;  // mass that has left
   std::map<std::string, Curve> curves;      // by name, with the unit at its end: lid_force_n
   std::vector<std::string> notes;           // sentences on how the files were understood
+
+  // By the name of its surface; null where it was not recorded.
+  const Outline* outline_of(std::string_view surface) const {
+    for (const Outline& outline : outlines)
+      if (outline.surface == surface) return &outline;
+    return nullptr;
+  }
 };
 
 }  // namespace graintruth::datasets

@@ -124,10 +124,18 @@ void list_fields(Archive& archive, SeenOutline::Drum& drum) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, SeenOutline::Surface& surface) {
+  auto& [name, from_x, to_x, floor_z, top_z] = surface;
+  archive("name", name)("from_x", from_x)("to_x", to_x)("floor_z", floor_z)("top_z", top_z);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, SeenOutline& outline) {
-  auto& [from_x, to_x, floor_z, grains_before, grains_after, empty, mover, drum] = outline;
+  auto& [from_x, to_x, floor_z, grains_before, grains_after, empty, mover, drum, surfaces] =
+      outline;
   archive("from_x", from_x)("to_x", to_x)("floor_z", floor_z)("grains_before", grains_before)(
       "grains_after", grains_after)("empty", empty)("mover", mover)("drum", drum);
+  list_if_any(archive, "surfaces", surfaces);
 }
 
 template <class Archive>

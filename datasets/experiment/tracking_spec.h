@@ -13,7 +13,7 @@
 namespace graintruth::datasets {
 
 // Goes up whenever a tracker gives other numbers for the same film.
-inline constexpr int tracker_version = 10;
+inline constexpr int tracker_version = 11;
 
 // What is seen of a particle, and how many of them lie there.
 struct SeenBody {

@@ -86,8 +86,9 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
   seen.to_x = length;
   const double full = surely_full * level;
   seen.grains_before = {{{0.0, 0.0}, {width, 0.0}, {width, full}, {0.0, full}}};
-  seen.empty = {
-      {{0.0, 1.2 * level}, {length, 1.2 * level}, {length, 1.5 * level}, {0.0, 1.5 * level}}};
+  const double over = highest_level(particle, level, depth);
+  const double above = over + 0.3 * level;
+  seen.empty = {{{0.0, over}, {length, over}, {length, above}, {0.0, above}}};
   seen.mover = SeenOutline::Mover{.name = "gate",
                                   .drawing = {{width, 0.0}, {width, level}},
                                   .velocity = {0.0, speed},

@@ -31,6 +31,12 @@ double poured_height(const Particle& particle, int count, double cross_section) 
   return count * grain_volume(particle) / (poured_fraction * cross_section);
 }
 
+double highest_level(const Particle& particle, double level, double depth) {
+  constexpr double loosest = 1.2;  // 0.5 of the room is filled
+  return loosest * level * depth / std::max(depth - 0.5 * particle.diameter, 0.5 * depth) +
+         particle.diameter;
+}
+
 int poured_count(RigSection& section,
                  const RigContext& context,
                  const std::function<double(double level)>& room_below,

@@ -28,6 +28,10 @@ int poured_count(RigSection& section,
 // m: how high about so many grains stand in a vessel of this cross-section.
 double poured_height(const Particle& particle, int count, double cross_section);
 
+// m: no bed poured between panes so far apart is higher than this where about so many grains stand
+// `level` high: along each wall a quarter of a grain stays empty, and the surface is rough.
+double highest_level(const Particle& particle, double level, double depth);
+
 // m: how far sites of a lattice are apart from which grains begin. Every grain lies a little off
 // its site. Closer ones fill twice as much of the room, for vessels that cannot be filled from
 // above.

@@ -104,7 +104,23 @@ Rig read_rig(TomlSection section, TomlSection* replicate, const RigContext& cont
   return rig;
 }
 
+std::vector<SeenOutline::Surface> surfaces_of(const SeenOutline& seen) {
+  if (!seen.surfaces.empty()) return seen.surfaces;
+  return {{.name = "", .from_x = seen.from_x, .to_x = seen.to_x, .floor_z = seen.floor_z}};
+}
+
+std::optional<SeenOutline::Surface> surface_named(const SeenOutline& seen, std::string_view name) {
+  for (SeenOutline::Surface& surface : surfaces_of(seen))
+    if (surface.name == name) return surface;
+  return std::nullopt;
+}
+
 std::vector<double> outline_columns(const SeenOutline& seen, double grain_diameter) {
+  return outline_columns(SeenOutline::Surface{.name = "", .from_x = seen.from_x, .to_x = seen.to_x},
+                         grain_diameter);
+}
+
+std::vector<double> outline_columns(const SeenOutline::Surface& seen, double grain_diameter) {
   const double width = 0.5 * grain_diameter;
   const auto first = static_cast<long>(std::floor(seen.from_x / width));
   const auto last = static_cast<long>(std::ceil(seen.to_x / width));

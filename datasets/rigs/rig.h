@@ -63,6 +63,15 @@ struct SeenOutline {
     double turning = 0.0;                              // rad/s, counter-clockwise as seen
   };
 
+  // A free surface that is looked for by itself where there are several: of the bed that stays
+  // above, of the heap below.
+  struct Surface {
+    std::string name;                 // "upper"
+    double from_x = 0.0, to_x = 0.0;  // m, where its grains may come to lie
+    double floor_z = 0.0;             // m, of the level floor under them
+    std::optional<double> top_z;      // m, of what closes the room above them; none: open
+  };
+
   double from_x = 0.0, to_x = 0.0;  // m, where grains may come to lie
   double floor_z = 0.0;             // m, of the level floor under them; of a drum its lowest point
   std::vector<Polygon> grains_before;  // grains are seen here before the event
@@ -70,7 +79,13 @@ struct SeenOutline {
   std::vector<Polygon> empty;          // none is ever seen here
   std::optional<Mover> mover;
   std::optional<Drum> drum;
+  std::vector<Surface> surfaces;  // empty: one without a name, over all that is above
 };
+
+// All surfaces, also where it is one without a name.
+std::vector<SeenOutline::Surface> surfaces_of(const SeenOutline& seen);
+// None where no surface has this name.
+std::optional<SeenOutline::Surface> surface_named(const SeenOutline& seen, std::string_view name);
 
 // From where a simulation begins.
 enum class BeginsFrom {
@@ -121,6 +136,8 @@ struct Rig {
 
 // The middles of the columns in which an outline is compared, m: half a grain wide, with an edge at
 // x = 0.
+std::vector<double> outline_columns(const SeenOutline::Surface& surface, double grain_diameter);
+// Of all that is seen.
 std::vector<double> outline_columns(const SeenOutline& seen, double grain_diameter);
 
 // "orifice 65 mm", or empty where nothing is set.

@@ -110,6 +110,37 @@ class JsonReader {
   bool missing_keeps_default_;
 };
 
+// A list or a text that is not written where it is empty: what came later leaves the text of what
+// does not have it, and with it its fingerprint, as it was.
+template <class Archive, class T>
+void list_if_any(Archive& archive, const char* name, T& value) {
+  std::optional<T> some;
+  if (!value.empty()) some = value;
+  archive(name, some);
+  if constexpr (std::is_same_v<Archive, JsonReader>) value = std::move(some).value_or(T{});
+}
+
+// Things of surfaces, each with its name in `surface`: the one of a rig with one surface, which has
+// no name, as "outline"; those with names as a list.
+template <class Archive, class T>
+void list_surfaces(Archive& archive, std::vector<T>& things) {
+  std::optional<T> only;
+  std::vector<T> named;
+  for (const T& thing : things) {
+    if (thing.surface.empty()) {
+      only = thing;
+    } else {
+      named.push_back(thing);
+    }
+  }
+  archive("outline", only);
+  list_if_any(archive, "surfaces", named);
+  if constexpr (std::is_same_v<Archive, JsonReader>) {
+    things = std::move(named);
+    if (only) things.insert(things.begin(), *std::move(only));
+  }
+}
+
 template <class T>
 Json to_json(const T& value) {
   return JsonWriter::written(const_cast<T&>(value));

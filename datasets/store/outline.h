@@ -1,10 +1,12 @@
 // The outline of a bed: its free surface in time, as a camera sees it against what is behind. Film
-// and simulation give the same.
+// and simulation give the same. A rig may have several surfaces, each with a name.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace graintruth::datasets {
@@ -26,19 +28,22 @@ struct Outline {
   std::vector<double> height;  // m, times x columns; NaN where nothing is seen
   std::vector<double> sigma;   // m, standard uncertainty, same shape; empty where none is known
   Eye eye;
+  std::string surface = {};  // its name; empty where the rig has one surface
 
   std::size_t index(std::size_t moment, std::size_t place) const {
     return moment * column.size() + place;
   }
 };
 
-// tracks/<replicate>.outline.csv: time_s,column_m,height_m,sigma_m, one row for each column seen.
-// Written whole, then renamed; numbers are the shortest that read back to the same bits.
-void write_outline(const std::filesystem::path& file, const Outline& outline);
+// tracks/<replicate>.outline.csv: time_s,column_m,height_m,sigma_m, one row for each column seen,
+// and before these a column `surface` where surfaces have names. One surface stands after the
+// other. Written whole, then renamed; numbers are the shortest that read back to the same bits.
+void write_outlines(const std::filesystem::path& file, std::span<const Outline> outlines);
 
-// The columns are those that are seen at any time and those between them. The eye stands in no
+// The surfaces in the order of their first rows; one, without a name, where the file does not name
+// any. The columns are those that are seen at any time and those between them. The eye stands in no
 // such file: lines of sight are parallel until somebody says more. Throws InputError with file and
 // line for what cannot be.
-Outline read_outline(const std::filesystem::path& file);
+std::vector<Outline> read_outlines(const std::filesystem::path& file);
 
 }  // namespace graintruth::datasets

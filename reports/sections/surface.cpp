@@ -34,6 +34,7 @@ Section surface_section(const RunData& data, Section section) {
   TableView table("The outline of every replicate",
                   {{"Replicate", Align::left},
                    {"Setting", Align::left},
+                   {"Surface", Align::left},
                    {"Left flank (\u00b0)"},
                    {"Right flank (\u00b0)"},
                    {"Mean (\u00b0)"},
@@ -45,6 +46,9 @@ Section surface_section(const RunData& data, Section section) {
                    {"Its spread in time (\u00b0)"}});
   const auto replicate = text_column(outlines, "replicate");
   const auto setting = text_column(outlines, "setting");
+  // Runs from before rigs had several surfaces do not name any
+  const auto surface = outlines.has("surface") ? text_column(outlines, "surface")
+                                               : std::vector<std::string>(outlines.rows());
   const auto left = column(outlines, "angle_left_rad");
   const auto left_error = column(outlines, "angle_left_error_rad");
   const auto right = column(outlines, "angle_right_rad");
@@ -60,6 +64,7 @@ Section surface_section(const RunData& data, Section section) {
     table.add_row(
         {replicate[i],
          setting[i],
+         surface[i],
          angle_cell(left[i], left_error[i]),
          angle_cell(right[i], right_error[i]),
          angle_cell(0.5 * (left[i] + right[i]), 0.5 * std::hypot(left_error[i], right_error[i])),

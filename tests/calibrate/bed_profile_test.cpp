@@ -15,7 +15,7 @@
 namespace graintruth::calibrate {
 
 extern const ObservableKind free_surface_kind, angle_of_repose_kind, final_height_kind,
-    run_out_kind;
+    bed_area_kind, run_out_kind;
 
 namespace {
 
@@ -49,6 +49,39 @@ datasets::Outline outline_of(const std::function<double(double)>& surface, doubl
 double two_slopes(double x) {
   const double angle = (x < 0.0 ? 20.0 : 30.0) * std::numbers::pi / 180.0;
   return 0.025 - std::abs(x) * std::tan(angle);
+}
+
+// Slopes that rise from an opening in the middle to walls at both sides, and a heap below.
+TEST(BedProfile, HasTheShearAngleOfABedThatStaysAboveAndTheAreaOfTheHeapBelow) {
+  Situation both = situation();
+  both.rig.seen_outline->mover.reset();
+  both.rig.seen_outline->surfaces = {
+      {.name = "upper", .from_x = -0.08, .to_x = 0.08, .floor_z = 0.0},
+      {.name = "lower", .from_x = -0.08, .to_x = 0.08, .floor_z = -0.1, .top_z = -0.01}};
+  const auto rising = [](double x) {
+    const double angle = (x < 0.0 ? 30.0 : 40.0) * std::numbers::pi / 180.0;
+    return (std::abs(x) - 0.01) * std::tan(angle);
+  };
+  datasets::Recording recording;
+  recording.outlines = {outline_of(rising), outline_of(two_slopes)};
+  recording.outlines[0].surface = "upper";
+  recording.outlines[1].surface = "lower";
+  for (double& z : recording.outlines[1].height) z -= 0.1;
+  const auto upper = profile_at_rest(recording, both, "upper");
+  const auto lower = profile_at_rest(recording, both, "lower");
+  ASSERT_TRUE(upper && lower);
+  EXPECT_NEAR(slope_of(*upper, Side::left, both)->angle, 30.0 * std::numbers::pi / 180.0, 1e-9);
+  EXPECT_NEAR(slope_of(*upper, Side::right, both)->angle, 40.0 * std::numbers::pi / 180.0, 1e-9);
+  EXPECT_NEAR(flank_of(*lower, Side::left, both)->angle, 20.0 * std::numbers::pi / 180.0, 1e-9);
+  // A triangle, to what the columns at its feet are worth
+  const double base = 0.025 / std::tan(20.0 * std::numbers::pi / 180.0) +
+                      0.025 / std::tan(30.0 * std::numbers::pi / 180.0);
+  datasets::Experiment experiment;
+  experiment.rig = both.rig;
+  const Channel area =
+      bed_area_kind.make_of_surface(experiment, "lower")->measure(recording, both, nullptr);
+  ASSERT_EQ(area.values.size(), 1U);
+  EXPECT_NEAR(area.values.front(), 0.5 * 0.025 * base, 1e-5);
 }
 
 TEST(BedProfile, HasTheAngleOfEachSlope) {
@@ -142,8 +175,8 @@ TEST(BedProfile, OfASimulationThatDoesNotTellIsThatOfAnEmptyFloor) {
   datasets::Experiment experiment;
   experiment.rig = situation().rig;
   datasets::Recording heap, nothing;
-  heap.outline = outline_of(two_slopes);
-  nothing.outline = outline_of([](double) { return 0.0; });
+  heap.outlines = {outline_of(two_slopes)};
+  nothing.outlines = {outline_of([](double) { return 0.0; })};
   for (const ObservableKind* kind :
        {&free_surface_kind, &angle_of_repose_kind, &final_height_kind, &run_out_kind}) {
     const auto observable = kind->make(experiment, nullptr);

@@ -10,6 +10,7 @@
 #include "calibrate/problem.h"
 #include "datasets/parameters/parameter.h"
 #include "datasets/store/input_error.h"
+#include "tests/calibrate/standing_grains.h"
 #include "tests/support/temporary_folder.h"
 
 namespace graintruth::calibrate {
@@ -50,11 +51,11 @@ class LiftedCylinder : public testing::Test {
   SimulationSpec spec_of(const datasets::Experiment& experiment) {
     std::vector<datasets::Recording> recordings(experiment.replicates.size());
     for (datasets::Recording& one : recordings) {
-      one.outline = datasets::Outline{.column = {0.0, 0.002},
-                                      .time = {1.0},
-                                      .height = {0.01, 0.009},
-                                      .sigma = {},
-                                      .eye = {.x = 0.0, .z = 0.05, .distance = 0.5}};
+      one.outlines = {datasets::Outline{.column = {0.0, 0.002},
+                                        .time = {1.0},
+                                        .height = {0.01, 0.009},
+                                        .sigma = {},
+                                        .eye = {.x = 0.0, .z = 0.05, .distance = 0.5}}};
     }
     const Problem problem = plan_problem(experiment, recordings);
     return problem.spec_of(0, datasets::bench_parameters(experiment), 0.5, 1);
@@ -75,11 +76,11 @@ class LiftedCylinder : public testing::Test {
 TEST_F(LiftedCylinder, LeavesAHeapWhoseOutlineIsThatOfItsGrains) {
   const datasets::Experiment experiment = load(small_heap());
   const SimulationSpec spec = spec_of(experiment);
-  ASSERT_TRUE(spec.record.outline);
-  EXPECT_EQ(spec.record.outline->eye.distance, 0.5);
+  ASSERT_EQ(spec.record.outlines.size(), 1U);
+  EXPECT_EQ(spec.record.outlines.front().eye.distance, 0.5);
   const EngineRun run = embedded_engine().run(spec, {});
   ASSERT_EQ(run.status, RunStatus::completed) << run.message;
-  const datasets::Outline& outline = *run.recording.outline;
+  const datasets::Outline& outline = run.recording.outlines.front();
   const std::size_t last = outline.time.size() - 1;
   ASSERT_EQ(outline.height.size(), outline.time.size() * outline.column.size());
   // In the tube the grains stand about 16 mm high and 22 mm wide; then they lie lower, and wider
@@ -98,23 +99,6 @@ TEST_F(LiftedCylinder, LeavesAHeapWhoseOutlineIsThatOfItsGrains) {
   EXPECT_LT(seen(last).first, 0.8 * seen(0).first);
   EXPECT_GT(seen(last).first, 0.004);
   EXPECT_GT(seen(last).second, 1.3 * seen(0).second);
-}
-
-// Grains that rest on one other grain, straight below them, and touch nothing else.
-int standing_grains(const SceneRun& run, double diameter) {
-  int standing = 0;
-  const std::vector<sim::Body>& bodies = run.scene.bodies;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    int near = 0, below = 0;
-    for (std::size_t j = 0; j < bodies.size(); ++j) {
-      const sim::Vec3 apart = bodies[i].position - bodies[j].position;
-      if (i == j || apart.norm() > 1.02 * diameter) continue;
-      ++near;
-      if (apart.z() > 0.98 * diameter) ++below;
-    }
-    if (below == 1 && near <= 2) ++standing;
-  }
-  return standing;
 }
 
 TEST_F(LiftedCylinder, LeavesNoColumnOfGrainsStanding) {

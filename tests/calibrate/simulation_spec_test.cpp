@@ -25,7 +25,10 @@ SimulationSpec full_spec() {
   spec.scene.fill.jitter = 0.001;
   spec.scene.fill.body_centred = false;
   spec.scene.fill.within = datasets::SceneRoom{{0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, 0.5};
-  spec.record = {true, {"wall_force_floor_z_n"}, OutlinePlan{{0.1, 0.2}, {0.1, 0.2, 0.3}}};
+  spec.record = {true,
+                 {"wall_force_floor_z_n"},
+                 {OutlinePlan{{0.1, 0.2}, {0.1, 0.2, 0.3}},
+                  OutlinePlan{{0.3, 0.4}, {0.1, 0.2, 0.3}, "upper", 0.1, 0.2}}};
   return spec;
 }
 
@@ -58,12 +61,13 @@ TEST(SimulationSpec, AnyFieldChangedAloneChangesTheFingerprint) {
 TEST(SimulationSpec, WhatIsNotAskedForIsNotWritten) {
   SimulationSpec spec = full_spec();
   const std::string whole = to_text(spec);
-  spec.record.outline.reset();
+  spec.record.outlines.clear();
   spec.scene.fill.jitter.reset();
   spec.scene.fill.body_centred.reset();
   spec.scene.fill.within.reset();
   const std::string text = to_text(spec);
-  for (const char* key : {"\"outline\"", "\"jitter_m\"", "\"body_centred\"", "\"within\""}) {
+  for (const char* key :
+       {"\"outline\"", "\"upper\"", "\"jitter_m\"", "\"body_centred\"", "\"within\""}) {
     EXPECT_NE(whole.find(key), std::string::npos) << key;
     EXPECT_EQ(text.find(key), std::string::npos) << key;
   }

@@ -71,7 +71,7 @@ Problem heap_problem(const datasets::Experiment& experiment,
   std::vector<datasets::Recording> recordings;
   for (const std::uint64_t one :
        make_seeds(seed, "toy heaps", static_cast<int>(experiment.replicates.size())))
-    recordings.push_back({.outline = heap(sliding_friction, rolling_friction, columns, one)});
+    recordings.push_back({.outlines = {heap(sliding_friction, rolling_friction, columns, one)}});
   return make_problem(experiment, recordings);
 }
 
@@ -83,7 +83,7 @@ tests::ClosedEngine heap_engine(Contacts contacts) {
     if (contacts == Contacts::chaotic)
       seed ^= std::hash<double>{}(sliding + std::numbers::pi * rolling);
     EngineRun run{.time_step = 1e-5 * spec.time_step_fraction};
-    run.recording.outline = heap(sliding, rolling, spec.record.outline->columns, seed);
+    run.recording.outlines = {heap(sliding, rolling, spec.record.outlines.front().columns, seed)};
     return run;
   });
 }

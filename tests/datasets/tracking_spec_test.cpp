@@ -46,7 +46,8 @@ TrackingSpec full_spec() {
                   .grains_after = {{{0.3, 0.4}}},
                   .empty = {{{0.5, 0.6}}},
                   .mover = SeenOutline::Mover{"tube", {{0.1, 0.2}}, {0.0, 0.3}, true, 0.02},
-                  .drum = SeenOutline::Drum{{0.1, 0.2}, 0.05, 0.3}}};
+                  .drum = SeenOutline::Drum{{0.1, 0.2}, 0.05, 0.3},
+                  .surfaces = {{"upper", -0.1, 0.1, 0.05, 0.2}}}};
   return spec;
 }
 

@@ -78,7 +78,7 @@ TEST(OutlineFilm, OfAHeapIsReadFromItsExperimentFile) {
   const datasets::Film film = datasets::film_of(experiment, replicate);
   const auto tracker = make_tracker(spec, film);
   const TrackingSummary summary = track_film(*tracker, spec, film).summary;
-  const datasets::Outline& outline = *tracker->outline();
+  const datasets::Outline& outline = tracker->outlines().front();
   EXPECT_EQ(summary.grade, Grade::ok);
   EXPECT_NEAR(summary.event_time_s, 0.2, 0.02);
   nlohmann::ordered_json figures;

@@ -224,7 +224,7 @@ struct TrackedBed {
 TrackedBed track_bed(const datasets::TrackingSpec& spec, const datasets::Film& film) {
   const auto tracker = make_tracker(spec, film);
   TrackedBed bed{.summary = track_film(*tracker, spec, film).summary, .outline = {}};
-  bed.outline = *tracker->outline();
+  bed.outline = tracker->outlines().front();
   return bed;
 }
 
@@ -370,9 +370,9 @@ TEST(SideBySide, ShowsABedByItsOutline) {
   const DrawnFilm drawn(heap.pictures);
   const TrackedBed tracked = track_bed(heap.spec, drawn.film());
   datasets::Recording filmed, simulated;
-  filmed.outline = tracked.outline;
+  filmed.outlines = {tracked.outline};
   // As high as the heap, from a tenth of a second on
-  datasets::Outline& made = simulated.outline.emplace();
+  datasets::Outline& made = simulated.outlines.emplace_back();
   made.column = tracked.outline.column;
   made.time = {0.0, 0.1};
   made.height.assign(made.column.size(), std::nan(""));

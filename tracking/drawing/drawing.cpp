@@ -145,8 +145,9 @@ void fill_bed(cv::Mat& picture,
               const datasets::SeenOutline& rig,
               const cv::Scalar& colour) {
   const double half = 0.5 * (outline.column[1] - outline.column[0]);
+  const auto surface = datasets::surface_named(rig, outline.surface);
   const auto lowest = [&](double x) {
-    if (!rig.drum) return rig.floor_z;
+    if (!rig.drum) return surface ? surface->floor_z : rig.floor_z;
     const double aside = std::min(std::abs(x - rig.drum->centre.x()), rig.drum->radius);
     return rig.drum->centre.y() - std::sqrt(rig.drum->radius * rig.drum->radius - aside * aside);
   };

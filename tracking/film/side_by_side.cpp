@@ -134,15 +134,21 @@ class TrackHalves final : public Halves {
 class OutlineHalves final : public Halves {
  public:
   // Every picture of so many.
-  OutlineHalves(const FilmAndSimulation& both, std::size_t stride)
-      : spec_(both.recorded), filmed_(*both.filmed.outline), simulated_(*both.simulated.outline) {
+  OutlineHalves(const FilmAndSimulation& both, std::size_t stride) : spec_(both.recorded) {
+    for (const datasets::Outline& filmed : both.filmed.outlines) {
+      const datasets::Outline* simulated = both.simulated.outline_of(filmed.surface);
+      if (simulated && !filmed.time.empty() && !simulated->time.empty())
+        surfaces_.push_back({&filmed, simulated});
+    }
+    if (surfaces_.empty()) return;
     const double rate = spec_.camera.frame_rate;
     const auto time_of = [&](std::size_t frame) {
       return static_cast<double>(frame) / rate - both.event_time;
     };
     std::size_t frame = 0;
     while (time_of(frame) < -0.5 / rate) ++frame;
-    for (; time_of(frame) < filmed_.time.back() + 0.5 / rate; frame += stride) {
+    const double last = surfaces_.front().filmed->time.back();
+    for (; time_of(frame) < last + 0.5 / rate; frame += stride) {
       chosen_.frames.push_back(frame);
       chosen_.times.push_back(time_of(frame));
     }
@@ -158,9 +164,11 @@ class OutlineHalves final : public Halves {
     const double time = chosen_.times[chosen];
     cv::Mat picture = draw_stage(camera, spec_, time);
     // What turns steadily has no start: both are shown from their first moments on
-    const double own =
-        spec_.rig.outline->drum ? time - chosen_.times.front() + simulated_.time.front() : time;
-    fill_bed(picture, camera, simulated_, nearest(simulated_, own), *spec_.rig.outline, grains);
+    for (const auto& [filmed, simulated] : surfaces_) {
+      const double own =
+          spec_.rig.outline->drum ? time - chosen_.times.front() + simulated->time.front() : time;
+      fill_bed(picture, camera, *simulated, nearest(*simulated, own), *spec_.rig.outline, grains);
+    }
     draw_rig(picture, camera, spec_.rig, time, bar, 1);
     draw_filmed(picture, camera, time);
     write_clock(picture, "simulation", time);
@@ -178,14 +186,19 @@ class OutlineHalves final : public Halves {
 
   // Where nothing was seen in this picture there is nothing to draw.
   void draw_filmed(cv::Mat& picture, const Camera& camera, double time) const {
-    const std::size_t moment = nearest(filmed_, time);
-    if (std::abs(filmed_.time[moment] - time) > 0.75 / spec_.camera.frame_rate) return;
-    draw_surface(picture, camera, filmed_, moment, particle_colours[2], 2);
+    for (const auto& [filmed, simulated] : surfaces_) {
+      const std::size_t moment = nearest(*filmed, time);
+      if (std::abs(filmed->time[moment] - time) > 0.75 / spec_.camera.frame_rate) continue;
+      draw_surface(picture, camera, *filmed, moment, particle_colours[2], 2);
+    }
   }
 
   const datasets::TrackingSpec& spec_;
-  const datasets::Outline& filmed_;
-  const datasets::Outline& simulated_;
+  struct Surface {
+    const datasets::Outline* filmed = nullptr;
+    const datasets::Outline* simulated = nullptr;
+  };
+  std::vector<Surface> surfaces_;  // those of both
 };
 
 cv::Mat at_most(int width, const cv::Mat& picture) {
@@ -217,7 +230,7 @@ std::vector<double> draw_side_by_side(const FilmAndSimulation& both,
   const double rate = recorded.camera.frame_rate;
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(rate / film_rate)));
   std::unique_ptr<Halves> halves;
-  if (both.filmed.outline && both.simulated.outline) {
+  if (!both.filmed.outlines.empty() && !both.simulated.outlines.empty()) {
     halves = std::make_unique<OutlineHalves>(both, stride);
   } else if (both.filmed.tracks && both.simulated.tracks) {
     halves = std::make_unique<TrackHalves>(both, *tracker, stride);

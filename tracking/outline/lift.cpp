@@ -114,9 +114,20 @@ LiftWatcher::LiftWatcher(const datasets::SeenOutline::Mover& mover,
                          const PlaneGrid& grid,
                          const Eigen::Vector3d& eye)
     : mover_(mover), grid_(grid), eye_(eye) {
-  double left = mover.drawing.front().x(), right = left;
-  double bottom = mover.drawing.front().y(), top = bottom;
-  for (const Eigen::Vector2d& corner : mover.drawing) {
+  const Eigen::Vector2d& velocity = mover.velocity;
+  if (std::abs(velocity.x()) > std::abs(velocity.y())) {
+    way_ = velocity.x() > 0.0 ? Way::right : Way::left;
+    for (Eigen::Vector2d& corner : mover_.drawing) corner = turned(corner);
+    eye_.head<2>() = turned(eye.head<2>());
+    const cv::Size size(grid.size().height, grid.size().width);
+    const Eigen::Vector2d first =  // the corner that comes to lie at the upper left
+        way_ == Way::right ? Eigen::Vector2d(grid.x(grid.size().width - 1), grid.z(0))
+                           : Eigen::Vector2d(grid.x(0), grid.z(grid.size().height - 1));
+    grid_ = PlaneGrid(turned(first).x(), turned(first).y(), grid.cell(), size);
+  }
+  double left = mover_.drawing.front().x(), right = left;
+  double bottom = mover_.drawing.front().y(), top = bottom;
+  for (const Eigen::Vector2d& corner : mover_.drawing) {
     left = std::min(left, corner.x());
     right = std::max(right, corner.x());
     bottom = std::min(bottom, corner.y());
@@ -127,9 +138,9 @@ LiftWatcher::LiftWatcher(const datasets::SeenOutline::Mover& mover,
   const double middle = 0.5 * (left + right), half = 0.5 * (right - left);
   const auto band = [&](double from, double to) {
     const int first =
-        std::clamp(static_cast<int>(std::lround(grid.column(from))), 0, grid.size().width - 1);
+        std::clamp(static_cast<int>(std::lround(grid_.column(from))), 0, grid_.size().width - 1);
     const int last =
-        std::clamp(static_cast<int>(std::lround(grid.column(to))), first, grid.size().width - 1);
+        std::clamp(static_cast<int>(std::lround(grid_.column(to))), first, grid_.size().width - 1);
     bands_.emplace_back(first, last);
   };
   if (mover.radius > 0.0) {
@@ -148,6 +159,19 @@ LiftWatcher::LiftWatcher(const datasets::SeenOutline::Mover& mover,
   }
 }
 
+// A quarter to the left for what goes right, which is then up; to the right for what goes left.
+Eigen::Vector2d LiftWatcher::turned(const Eigen::Vector2d& point) const {
+  if (way_ == Way::up) return point;
+  return way_ == Way::right ? Eigen::Vector2d(-point.y(), point.x())
+                            : Eigen::Vector2d(point.y(), -point.x());
+}
+
+Eigen::Vector2d LiftWatcher::turned_back(const Eigen::Vector2d& point) const {
+  if (way_ == Way::up) return point;
+  return way_ == Way::right ? Eigen::Vector2d(point.y(), -point.x())
+                            : Eigen::Vector2d(-point.y(), point.x());
+}
+
 // Above the eye the near side of a rim is its upper outline, below the eye the far side; of the
 // lower edge the other way round.
 double LiftWatcher::rises_by(const Edge& edge, double row) const {
@@ -158,6 +182,18 @@ double LiftWatcher::rises_by(const Edge& edge, double row) const {
 }
 
 void LiftWatcher::look(const cv::Mat& grey, const cv::Mat1b& seen, double time) {
+  if (way_ == Way::up) {
+    look_upwards(grey, seen, time);
+    return;
+  }
+  const int turn = way_ == Way::right ? cv::ROTATE_90_COUNTERCLOCKWISE : cv::ROTATE_90_CLOCKWISE;
+  cv::Mat turned_grey, turned_seen;
+  cv::rotate(grey, turned_grey, turn);
+  cv::rotate(seen, turned_seen, turn);
+  look_upwards(turned_grey, turned_seen, time);
+}
+
+void LiftWatcher::look_upwards(const cv::Mat& grey, const cv::Mat1b& seen, double time) {
   // 1. Brightness along z over the sides of the mover, and its change
   std::vector<double> profile(static_cast<std::size_t>(grey.rows), nan);
   for (int row = 0; row < grey.rows; ++row) {
@@ -179,13 +215,18 @@ void LiftWatcher::look(const cv::Mat& grey, const cv::Mat1b& seen, double time) 
                           profile[row - 2]);
   // 2. Each edge near where it is expected
   const double height = (edges_[0].drawn - edges_[1].drawn) / grid_.cell();
+  // What starts at once goes some rows before the next picture: as many as is stated, or twice
+  const double since = last_time_ ? time - *last_time_ : 0.0;
+  const double stated = mover_.velocity.norm() * since / grid_.cell();
+  last_time_ = time;
   for (Edge& edge : edges_) {
     const bool is_first = edge.record.time.empty();
     edge.record.time.push_back(time);
     edge.record.height.push_back(nan);
     if (edge.lost) continue;
     // The rig was measured to a few hundredths, and a rim shows parallax
-    const double reach = is_first ? 0.1 * height : std::max(3.0, 0.05 * height);
+    const double reach =
+        is_first ? 0.1 * height : std::max({3.0, 0.05 * height, 2.0 * stated - edge.step});
     const double expected = is_first ? grid_.row(edge.drawn) : edge.row - edge.step;
     const int from = std::max(3, static_cast<int>(std::floor(expected - reach)));
     const int to =
@@ -257,7 +298,7 @@ std::vector<Eigen::Vector2d> LiftWatcher::shadow(double rise) const {
   std::vector<cv::Point2f> hull;
   cv::convexHull(points, hull);
   std::vector<Eigen::Vector2d> outline;
-  for (const cv::Point2f& point : hull) outline.emplace_back(point.x, point.y);
+  for (const cv::Point2f& point : hull) outline.push_back(turned_back({point.x, point.y}));
   return outline;
 }
 

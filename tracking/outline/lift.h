@@ -1,5 +1,5 @@
-// What is lifted off a bed - a tube, a gate - read from the film: where it is when, how fast it
-// goes, and when it began.
+// What is lifted off a bed or pulled from under it - a tube, a gate, a slide - read from the film:
+// where it is when, how fast it goes, and when it began.
 #pragma once
 
 #include <Eigen/Dense>
@@ -29,8 +29,10 @@ struct Lift {
 // moving, `drawn` (m) says where it stood.
 std::optional<Lift> fit_lift(const HeightRecord& record, double drawn);
 
-// Follows the upper and the lower edge of the mover through plane pictures: the change of
-// brightness along z, averaged over both of its sides.
+// Follows the leading and the trailing edge of the mover through plane pictures: the change of
+// brightness along its way, averaged over both of its sides. The way is up, or to one side. Then
+// pictures are turned by a quarter, so that it is up: what is said of heights here is said of
+// places along the way.
 class LiftWatcher {
  public:
   LiftWatcher() = default;
@@ -60,7 +62,14 @@ class LiftWatcher {
     int found = 0;
     HeightRecord record;
   };
+  enum class Way { up, right, left };
+  Eigen::Vector2d turned(const Eigen::Vector2d& point) const;
+  Eigen::Vector2d turned_back(const Eigen::Vector2d& point) const;
   double rises_by(const Edge& edge, double row) const;
+  void look_upwards(const cv::Mat& grey, const cv::Mat1b& seen, double time);
+
+  Way way_ = Way::up;
+  std::optional<double> last_time_;  // s, of the picture before
 
   datasets::SeenOutline::Mover mover_;
   PlaneGrid grid_;

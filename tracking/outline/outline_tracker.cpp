@@ -10,6 +10,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <span>
 
 #include "datasets/store/input_error.h"
 #include "datasets/store/outline.h"
@@ -105,30 +106,35 @@ class OutlineTracker : public ParticleTracker {
     const double time = picture.moment / spec_.camera.frame_rate;
     const cv::Mat plane = plane_.of(picture.frame);
     const GrainEvidence evidence = evidence_in(plane, time);
-    edges_.push_back(find_upper_edge(plane, evidence, edge_options()));
+    for (Surface& surface : surfaces_) {
+      surface.edges.push_back(edge_of(surface, plane, evidence));
+      average(surface.edges.back(), surface);
+    }
     seen_times_.push_back(time);
-    average(edges_.back());
   }
 
   datasets::Trajectories finish(TrackingSummary& summary) override {
     tell_event(summary);
     const std::size_t frames = seen_times_.size();
-    for (const double time : seen_times_) outline_.time.push_back(time - summary.event_time_s);
-    outline_.column = columns_;
     const Eigen::Vector3d& eye = lens_.position();
-    outline_.eye = {eye.x(), eye.y(), eye.z()};
+    for (Surface& surface : surfaces_) {
+      for (const double time : seen_times_)
+        surface.outline.time.push_back(time - summary.event_time_s);
+      surface.outline.eye = {eye.x(), eye.y(), eye.z()};
+      outlines_.push_back(std::move(surface.outline));
+    }
     tell_quality(summary);
     datasets::Trajectories nobody = datasets::make_trajectories(frames, 0, true);
-    nobody.time = outline_.time;
+    nobody.time = outlines_.front().time;
     return nobody;
   }
 
-  const datasets::Outline* outline() const override { return &outline_; }
+  std::span<const datasets::Outline> outlines() const override { return outlines_; }
 
   void draw(cv::Mat&, const Camera&, const DrawnBody&) const override {}
 
   void draw_frame(cv::Mat& picture, const Camera& camera, std::size_t frame) const override {
-    if (frame >= edges_.size()) return;
+    if (frame >= seen_times_.size()) return;
     const PlaneGrid& grid = plane_.grid();
     if (lift_watcher_) {
       const std::vector<Eigen::Vector2d> shadow =
@@ -142,37 +148,44 @@ class OutlineTracker : public ParticleTracker {
                   cv::Scalar(200, 120, 0));
       }
     }
-    const UpperEdge& edge = edges_[frame];
-    for (std::size_t k = 1; k < edge.row.size(); ++k) {
-      if (!std::isfinite(edge.row[k]) || !std::isfinite(edge.row[k - 1])) continue;
-      const bool hidden = edge.hidden[k] != 0;
-      const auto c = static_cast<double>(k);
-      draw_line(picture,
-                camera.project(grid.x(c - 1.0), grid.z(edge.row[k - 1])),
-                camera.project(grid.x(c), grid.z(edge.row[k])),
-                hidden ? cv::Scalar(160, 160, 160) : cv::Scalar(0, 255, 255));
+    for (const Surface& surface : surfaces_) {
+      const UpperEdge& edge = surface.edges[frame];
+      for (std::size_t k = 1; k < edge.row.size(); ++k) {
+        if (!std::isfinite(edge.row[k]) || !std::isfinite(edge.row[k - 1])) continue;
+        const bool hidden = edge.hidden[k] != 0;
+        const auto c = static_cast<double>(k) + surface.part.x;
+        draw_line(picture,
+                  camera.project(grid.x(c - 1.0), grid.z(edge.row[k - 1])),
+                  camera.project(grid.x(c), grid.z(edge.row[k])),
+                  hidden ? cv::Scalar(160, 160, 160) : cv::Scalar(0, 255, 255));
+      }
     }
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
-      const double z = outline_.height[frame * columns_.size() + k];
-      if (!std::isfinite(z)) continue;
-      const double half = 0.5 * width_;
-      draw_line(picture,
-                camera.project(columns_[k] - half, z),
-                camera.project(columns_[k] + half, z),
-                cv::Scalar(0, 255, 0));
+    for (const datasets::Outline& outline : outlines_) {
+      for (std::size_t k = 0; k < outline.column.size(); ++k) {
+        const double z = outline.height[outline.index(frame, k)];
+        if (!std::isfinite(z)) continue;
+        const double half = 0.5 * width_;
+        draw_line(picture,
+                  camera.project(outline.column[k] - half, z),
+                  camera.project(outline.column[k] + half, z),
+                  cv::Scalar(0, 255, 0));
+      }
     }
   }
 
   void describe(nlohmann::ordered_json& film) const override {
     nlohmann::ordered_json& json = film["outline"];
-    json["columns"] = columns_.size();
+    std::size_t columns = 0;
+    for (const datasets::Outline& outline : outlines_) columns += outline.column.size();
+    json["columns"] = columns;
     json["column_width_mm"] = 1e3 * width_;
     json["share_of_columns_seen"] = seen_share_;
     json["sigma_mm"] = sigma_mm_;
     json["colours_confused"] = confusion_;
     json["pixel_noise_grey"] = noise_;
-    json["eye_m"] = {
-        {"x", outline_.eye.x}, {"z", outline_.eye.z}, {"distance", outline_.eye.distance}};
+    json["eye_m"] = {{"x", lens_.position().x()},
+                     {"z", lens_.position().y()},
+                     {"distance", lens_.position().z()}};
     const Eigen::Vector3d sigma = eye_sigma();
     json["eye_sigma_m"] = {{"x", sigma.x()}, {"z", sigma.y()}, {"distance", sigma.z()}};
     if (lift_) {
@@ -191,16 +204,70 @@ class OutlineTracker : public ParticleTracker {
     int number = 0;
     cv::Mat plane;
   };
+  // What is looked for in one part of the plane.
+  struct Surface {
+    datasets::SeenOutline::Surface seen;
+    cv::Rect part;                    // cells; down below the floor
+    std::vector<double> place_sigma;  // m, of columns
+    std::vector<UpperEdge> edges;     // of the pictures; rows are those of the whole plane
+    datasets::Outline outline;
+  };
 
+  // About where the surfaces lie that are looked at.
   double middle_z() const {
     return rig_.drum ? rig_.drum->centre.y() : rig_.floor_z + 0.25 * (rig_.to_x - rig_.from_x);
   }
+  double middle_z(const Surface& surface) const {
+    return rig_.drum ? middle_z()
+                     : surface.seen.floor_z + 0.25 * (surface.seen.to_x - surface.seen.from_x);
+  }
 
-  EdgeOptions edge_options() const {
-    const double lowest = rig_.floor_z;
+  EdgeOptions edge_options(const Surface& surface) const {
     return {.grain = grain_ / plane_.grid().cell(),
-            .floor = static_cast<int>(std::floor(plane_.grid().row(lowest))),
+            .floor = static_cast<int>(std::floor(plane_.grid().row(surface.seen.floor_z))) -
+                     surface.part.y,
             .noise = noise_};
+  }
+
+  GrainEvidence part_of(const Surface& surface, const GrainEvidence& evidence) const {
+    return {.ratio = evidence.ratio(surface.part),
+            .known = evidence.known(surface.part),
+            .limit = evidence.limit};
+  }
+
+  UpperEdge edge_of(const Surface& surface,
+                    const cv::Mat& plane,
+                    const GrainEvidence& evidence) const {
+    UpperEdge edge =
+        find_upper_edge(plane(surface.part), part_of(surface, evidence), edge_options(surface));
+    for (float& row : edge.row) row += static_cast<float>(surface.part.y);
+    return edge;
+  }
+
+  // The parts of the plane, whose columns begin at `first` (m), in which surfaces are looked for.
+  void set_up_surfaces(double first) {
+    const PlaneGrid& grid = plane_.grid();
+    for (const SeenOutline::Surface& seen : datasets::surfaces_of(rig_)) {
+      Surface& surface = surfaces_.emplace_back();
+      surface.seen = seen;
+      surface.outline.surface = seen.name;
+      surface.outline.column = datasets::outline_columns(seen, grain_);
+      const std::vector<double>& columns = surface.outline.column;
+      const auto before = static_cast<int>(std::lround((columns.front() - first) / width_));
+      const int above = seen.top_z ? std::clamp(static_cast<int>(std::ceil(grid.row(*seen.top_z))),
+                                                0,
+                                                grid.size().height - 1)
+                                   : 0;
+      // What is one surface's floor is another one's sky
+      const int below =
+          seen.name.empty()
+              ? grid.size().height
+              : std::clamp(static_cast<int>(std::ceil(grid.row(seen.floor_z - 0.5 * grain_))),
+                           above + 1,
+                           grid.size().height);
+      surface.part = cv::Rect(
+          before * cells_, above, cells_ * static_cast<int>(columns.size()), below - above);
+    }
   }
 
   // The grid: columns of half a grain, each a whole number of cells about as wide as a pixel, as
@@ -213,14 +280,14 @@ class OutlineTracker : public ParticleTracker {
     constexpr double fewest_pixels = 4.0;
     if (grain_ * scale < fewest_pixels) coarse_ = grain_ * scale;
     const double cell = width_ / cells_;
-    columns_ = datasets::outline_columns(rig_, grain_);
-    if (columns_.size() < 4)
+    const std::vector<double> columns = datasets::outline_columns(rig_, grain_);
+    if (columns.size() < 4)
       throw datasets::InputError(
           fmt::format("{}: the rig is not wider than two grains of {:.4g} mm, and has no outline",
                       film_.experiment.string(),
                       1e3 * grain_));
-    const double left = columns_.front() - 0.5 * width_ + 0.5 * cell;
-    const int across = cells_ * static_cast<int>(columns_.size());
+    const double left = columns.front() - 0.5 * width_ + 0.5 * cell;
+    const int across = cells_ * static_cast<int>(columns.size());
     // Up to where the picture ends
     const double lowest = rig_.floor_z - 3.0 * grain_;
     const auto shows = [&](double z) {
@@ -246,6 +313,7 @@ class OutlineTracker : public ParticleTracker {
     if (spec_.camera.masks)
       masked = masked_pixels(*spec_.camera.masks, {lens_.width(), lens_.height()});
     plane_ = PlanePicture(grid, lens_, camera.region, masked);
+    set_up_surfaces(columns.front());
     domain_ = plane_.seen().clone();
     if (const auto& drum = rig_.drum) {
       cv::Mat1b inside(grid.size(), std::uint8_t{0});
@@ -261,21 +329,29 @@ class OutlineTracker : public ParticleTracker {
       lift_watcher_.emplace(with_thickness(*rig_.mover), grid, lens_.position());
   }
 
-  // What is drawn as a line, a gate seen edge-on, is some part of a grain thick.
+  // What is drawn as a line, a gate seen edge-on, is some part of a grain thick, across its way.
   SeenOutline::Mover with_thickness(SeenOutline::Mover mover) const {
-    double left = mover.drawing.front().x(), right = left;
+    const Eigen::Index across = moves_sideways(mover) ? 1 : 0;
+    double least = mover.drawing.front()[across], most = least;
     for (const Eigen::Vector2d& corner : mover.drawing) {
-      left = std::min(left, corner.x());
-      right = std::max(right, corner.x());
+      least = std::min(least, corner[across]);
+      most = std::max(most, corner[across]);
     }
-    const double lacking = 0.5 * std::max(0.0, 0.5 * grain_ - (right - left));
+    const double lacking = 0.5 * std::max(0.0, 0.5 * grain_ - (most - least));
     const SeenOutline::Polygon line = mover.drawing;
     if (lacking == 0.0) return mover;
     mover.drawing.clear();
-    for (const Eigen::Vector2d& corner : line)
-      for (const double aside : {-lacking, lacking})
-        mover.drawing.emplace_back(corner.x() + aside, corner.y());
+    for (const Eigen::Vector2d& corner : line) {
+      for (const double aside : {-lacking, lacking}) {
+        mover.drawing.push_back(corner);
+        mover.drawing.back()[across] += aside;
+      }
+    }
     return mover;
+  }
+
+  static bool moves_sideways(const SeenOutline::Mover& mover) {
+    return std::abs(mover.velocity.x()) > std::abs(mover.velocity.y());
   }
 
   // Pictures at equal steps through the film; whoever knows how long a film is has read it.
@@ -330,6 +406,21 @@ class OutlineTracker : public ParticleTracker {
     relearn_colours();
   }
 
+  // Where grains may lie before the event, and some of them to the end: where they surely are, and
+  // above that up to where none can be.
+  cv::Mat1b may_be_filled_at_first() const {
+    cv::Mat1b mask = inside(rig_.grains_before);
+    if (!rig_.mover) return mask;
+    const cv::Mat1b empty = inside(rig_.empty);
+    for (int column = 0; column < mask.cols; ++column) {
+      int row = 0;
+      while (row < mask.rows && mask(row, column) == 0) ++row;
+      if (row == mask.rows) continue;
+      while (--row >= 0 && empty(row, column) == 0) mask(row, column) = domain_(row, column);
+    }
+    return mask;
+  }
+
   // What is behind the grains, cell by cell: as it was before the event, or as it always is.
   void find_reference() {
     const cv::Size size = plane_.grid().size();
@@ -350,7 +441,7 @@ class OutlineTracker : public ParticleTracker {
     const auto count = static_cast<float>(samples_.size());
     reference_ = cv::Mat(size, CV_32FC3, cv::Scalar::all(0));
     has_reference_ = cv::Mat1b(size, std::uint8_t{0});
-    const cv::Mat1b grains = inside(rig_.grains_before);
+    const cv::Mat1b grains = may_be_filled_at_first();
     cv::Mat1b hiding = hiding_at(lift_ ? lift_->start : 0.0);
     // How much a colour of what surely never changes scatters in time, square of grey levels
     const cv::Mat1b empty = inside(rig_.empty);
@@ -440,30 +531,34 @@ class OutlineTracker : public ParticleTracker {
   // where they surely are.
   void relearn_colours() {
     std::vector<ColourModel::Colour> grains, ground;
-    const EdgeOptions options = edge_options();
-    const int margin = std::max(1, static_cast<int>(std::lround(0.25 * options.grain)));
+    const int margin =
+        std::max(1, static_cast<int>(std::lround(0.25 * grain_ / plane_.grid().cell())));
     for (const Sample& sample : samples_) {
       const double time = sample_time(sample);
-      const GrainEvidence evidence = evidence_in(sample.plane, time);
-      const std::vector<int> top = cut_along_columns(evidence, options);
-      cv::Mat1b over(evidence.ratio.size(), std::uint8_t{0}), under = over.clone();
-      for (int column = 0; column < over.cols; ++column) {
-        const int cut = top[static_cast<std::size_t>(column)];
-        for (int row = 0; row < over.rows; ++row) {
-          if (evidence.known(row, column) == 0) continue;
-          if (row < cut - margin && row < options.floor) over(row, column) = 255;
-          if (row >= cut + margin && row < options.floor) under(row, column) = 255;
+      const GrainEvidence whole = evidence_in(sample.plane, time);
+      for (const Surface& surface : surfaces_) {
+        const EdgeOptions options = edge_options(surface);
+        const GrainEvidence evidence = part_of(surface, whole);
+        const std::vector<int> top = cut_along_columns(evidence, options);
+        cv::Mat1b over(evidence.ratio.size(), std::uint8_t{0}), under = over.clone();
+        for (int column = 0; column < over.cols; ++column) {
+          const int cut = top[static_cast<std::size_t>(column)];
+          for (int row = 0; row < over.rows; ++row) {
+            if (evidence.known(row, column) == 0) continue;
+            if (row < cut - margin && row < options.floor) over(row, column) = 255;
+            if (row >= cut + margin && row < options.floor) under(row, column) = 255;
+          }
         }
+        // Cells beside a grain's side are above one column's cut and near another's
+        cv::erode(over,
+                  over,
+                  cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
+        cv::erode(under,
+                  under,
+                  cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
+        gather(sample.plane(surface.part), under, most_pixels, grains);
+        gather(sample.plane(surface.part), over, most_pixels, ground);
       }
-      // Cells beside a grain's side are above one column's cut and near another's
-      cv::erode(over,
-                over,
-                cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
-      cv::erode(under,
-                under,
-                cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
-      gather(sample.plane, under, most_pixels, grains);
-      gather(sample.plane, over, most_pixels, ground);
     }
     if (grains.size() < most_pixels || ground.size() < most_pixels) return;
     const cv::Mat1b empty = inside(rig_.empty);
@@ -503,14 +598,17 @@ class OutlineTracker : public ParticleTracker {
 
   // What the calibration leaves open of each column's height, m.
   void find_place_errors() {
-    for (const double x : columns_)
-      place_sigma_.push_back(std::sqrt(calibration_.point_covariance(x, middle_z())(1, 1)));
+    for (Surface& surface : surfaces_)
+      for (const double x : surface.outline.column)
+        surface.place_sigma.push_back(
+            std::sqrt(calibration_.point_covariance(x, middle_z(surface))(1, 1)));
   }
 
   // Means over columns of half a grain.
-  void average(const UpperEdge& edge) {
+  void average(const UpperEdge& edge, Surface& surface) {
+    datasets::Outline& outline = surface.outline;
     const double cell = plane_.grid().cell();
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
+    for (std::size_t k = 0; k < outline.column.size(); ++k) {
       double sum = 0.0, square = 0.0, doubt = 0.0;
       int seen = 0, hidden = 0;
       for (int i = 0; i < cells_; ++i) {
@@ -527,18 +625,18 @@ class OutlineTracker : public ParticleTracker {
       }
       const double needed = datasets::least_seen_share * cells_;
       if (seen < needed || hidden > cells_ - needed || seen == 0) {
-        outline_.height.push_back(nan);
-        outline_.sigma.push_back(nan);
+        outline.height.push_back(nan);
+        outline.sigma.push_back(nan);
         continue;
       }
-      outline_.height.push_back(sum / seen);
+      outline.height.push_back(sum / seen);
       // Lens, grid and compression leave it open where within a cell an edge lies, besides noise.
       // Some three neighbours err alike
       const double within_cell = seen / 12.0;
       const double noise = cell * std::sqrt(3.0 * (square + within_cell)) / seen;
       const double ways = cell * doubt / seen;
-      outline_.sigma.push_back(
-          std::sqrt(noise * noise + ways * ways + place_sigma_[k] * place_sigma_[k]));
+      outline.sigma.push_back(
+          std::sqrt(noise * noise + ways * ways + surface.place_sigma[k] * surface.place_sigma[k]));
     }
   }
 
@@ -551,16 +649,17 @@ class OutlineTracker : public ParticleTracker {
     summary.event_source = event.how;
     if (lift_) {
       add_eye_to_speed();
+      const SeenOutline::Mover& mover = *rig_.mover;
       tell_speed(summary,
-                 "lift speed",
+                 moves_sideways(mover) ? "speed of the " + mover.name : "lift speed",
                  "mm/s",
                  1e3 * lift_->speed,
                  1e3 * lift_->speed_sigma,
-                 rig_.mover->speed_is_stated ? 1e3 * rig_.mover->velocity.y() : nan);
+                 mover.speed_is_stated ? 1e3 * mover.velocity.norm() : nan);
       if (!lift_->start_is_seen)
         summary.warn(
-            "What is lifted off the bed moves from the first frame on: when it began is "
-            "worked out from its speed.");
+            "What is lifted off the bed or pulled from under it moves from the first frame on: "
+            "when it began is worked out from its speed.");
       return;
     }
     if (rig_.drum && times_.size() > 1) {
@@ -624,10 +723,14 @@ class OutlineTracker : public ParticleTracker {
 
   void tell_quality(TrackingSummary& summary) {
     std::vector<double> sigmas;
-    for (const double sigma : outline_.sigma)
-      if (std::isfinite(sigma)) sigmas.push_back(sigma);
-    seen_share_ = static_cast<double>(sigmas.size()) /
-                  static_cast<double>(std::max<std::size_t>(1, outline_.sigma.size()));
+    std::size_t all = 0;
+    for (const datasets::Outline& outline : outlines_) {
+      for (const double sigma : outline.sigma)
+        if (std::isfinite(sigma)) sigmas.push_back(sigma);
+      all += outline.sigma.size();
+    }
+    seen_share_ =
+        static_cast<double>(sigmas.size()) / static_cast<double>(std::max<std::size_t>(1, all));
     sigma_mm_ = 1e3 * median(sigmas, nan);
     summary.shows_angle = false;
     summary.position_sigma_mm = sigma_mm_;
@@ -648,9 +751,8 @@ class OutlineTracker : public ParticleTracker {
   Camera lens_;
   Calibration calibration_;
   PlanePicture plane_;
-  cv::Mat1b domain_;             // where grains can be seen
-  std::vector<double> columns_;  // m
-  std::vector<double> place_sigma_;
+  cv::Mat1b domain_;  // where grains can be seen
+  std::vector<Surface> surfaces_;
   double width_ = 0.0;  // m, of a column
   int cells_ = 1;       // of a column
 
@@ -671,9 +773,8 @@ class OutlineTracker : public ParticleTracker {
   ColourModel grain_model_, ground_model_;
   double confusion_ = 0.0;
 
-  std::vector<UpperEdge> edges_;
   std::vector<double> seen_times_;
-  datasets::Outline outline_;
+  std::vector<datasets::Outline> outlines_;  // when all is seen
   double seen_share_ = 0.0, sigma_mm_ = 0.0;
 };
 
