@@ -13,6 +13,7 @@
 #include "app/run/numbering.h"
 #include "app/run/same_recording.h"
 #include "calibrate/ensemble.h"
+#include "calibrate/knowledge/outline_doubts.h"
 #include "calibrate/problem.h"
 #include "datasets/experiment/tracking_spec.h"
 #include "datasets/store/fingerprint.h"
@@ -363,6 +364,8 @@ TrackedFilms track_films(const datasets::Experiment& experiment,
   films.is_smeared.assign(count, 0);
   films.event_times.assign(count, 0.0);
   films.doubts = compare_starts(experiment, films.recordings);
+  for (datasets::Warning& doubt : calibrate::doubts_about_outlines(experiment, films.recordings))
+    films.doubts.push_back(std::move(doubt));
   add_seen(summaries, films.seen);
   for (const std::string& note : experiment.notes) films.warnings.emplace_back(note);
   for (const datasets::Recording& recording : films.recordings)

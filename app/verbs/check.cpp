@@ -18,6 +18,7 @@
 #include "calibrate/calibration.h"
 #include "calibrate/engines/scene_build.h"
 #include "calibrate/knowledge/foreign_replicates.h"
+#include "calibrate/knowledge/outline_doubts.h"
 #include "calibrate/parameters.h"
 #include "datasets/experiment/joint_experiment.h"
 #include "datasets/store/input_error.h"
@@ -308,6 +309,7 @@ std::vector<datasets::Recording> look_at_recordings(const Experiment& experiment
     }
     findings.try_to([&] { require_different(experiment, recordings); });
     findings.doubt_first(compare_starts(experiment, recordings));
+    findings.doubt_first(calibrate::doubts_about_outlines(experiment, recordings));
   }
   // 2. Films
   bool can_be_used = are_read;

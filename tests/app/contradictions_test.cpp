@@ -173,5 +173,28 @@ TEST_F(SharedBalances, TablesOfRates) {
   expect_refusal(fit("fail-14/silo_D.csv"), {"silo_D.csv", "'D (mm)'", "silo"});
 }
 
+// A column that stood on the left and lies on the right: every verb says it, before anything else.
+TEST_F(Contradictions, ABedAtRestIsMirrored) {
+  run_program({"new", "column_collapse", folder_ / "tank"});
+  for (int n = 1; n <= 2; ++n) {
+    std::ofstream table(folder_ / fmt::format("tank/collapse{}.outline.csv", n));
+    table << "time_s,column_m,height_m\n";
+    for (int i = 0; i < 100; ++i) {
+      const double x = 0.001 + 0.002 * i;
+      const double wall = n == 1 ? 0.2 - x : x;
+      const double height = 0.03 - 0.25 * wall + 0.0001 * n;
+      if (height > 0.0) table << fmt::format("1,{},{}\n", x, height);
+    }
+  }
+  const std::string file = folder_ / "tank/experiment.toml";
+  const std::string words =
+      "collapse1.outline: the bed at rest is higher on the right than where "
+      "it stood before: the picture is mirrored";
+  const ProgramOutcome track = run_program({"track", file, "--out", out(), "--quiet"});
+  EXPECT_EQ(track.status, 0) << track.err;
+  EXPECT_TRUE(contains(track.out, "Warning: " + words)) << track.out;
+  EXPECT_FALSE(contains(track.out, "collapse2.outline: the bed at rest is")) << track.out;
+}
+
 }  // namespace
 }  // namespace graintruth::tests

@@ -79,7 +79,7 @@ TEST(OutlineFilm, OfAHeapIsReadFromItsExperimentFile) {
   const auto tracker = make_tracker(spec, film);
   const TrackingSummary summary = track_film(*tracker, spec, film).summary;
   const datasets::Outline& outline = tracker->outlines().front();
-  EXPECT_EQ(summary.grade, Grade::ok);
+  EXPECT_EQ(summary.grade, Grade::ok) << testing::PrintToString(summary.failures);
   EXPECT_NEAR(summary.event_time_s, 0.2, 0.02);
   nlohmann::ordered_json figures;
   tracker->describe(figures);

@@ -153,6 +153,54 @@ TEST(Lift, WorksOutAStartThatWasNotFilmed) {
   EXPECT_NEAR(lift->speed, 0.03, 3.0 * lift->speed_sigma);
 }
 
+// Slides to either side, which are drawn 50 mm long and are 52.
+TEST(Lift, IsReadOfASlideThatIsPulledAside) {
+  const PlaneGrid grid(-0.08, 0.03, 0.0005, cv::Size(320, 120));
+  for (const double aside : {1.0, -1.0}) {
+    datasets::SeenOutline::Mover mover{.name = "slide",
+                                       .drawing = {{-0.02 * aside, 0.0},
+                                                   {0.03 * aside, 0.0},
+                                                   {0.03 * aside, 0.004},
+                                                   {-0.02 * aside, 0.004}},
+                                       .velocity = {0.3 * aside, 0.0}};
+    LiftWatcher watcher(mover, grid, Eigen::Vector3d(0.0, 0.0, 0.5));
+    cv::RNG generator(5);
+    for (int number = 0; number < 24; ++number) {
+      const double moved = aside * 0.25 * std::max(0.0, 0.02 * (number - 10));
+      cv::Mat1f grey(grid.size(), 80.0F);
+      for (int column = 0; column < grey.cols; ++column) {
+        const double along = aside * (grid.x(column) - moved);
+        if (along < -0.02 || along > 0.032) continue;
+        for (int row = 0; row < grey.rows; ++row)
+          if (grid.z(row) > 0.0 && grid.z(row) < 0.004) grey(row, column) = 200.0F;
+      }
+      cv::GaussianBlur(grey, grey, cv::Size(), 1.0);
+      cv::Mat1f noise(grey.size());
+      generator.fill(noise, cv::RNG::NORMAL, 0.0, 2.0);
+      cv::Mat picture;
+      grey += noise;
+      grey.convertTo(picture, CV_8U);
+      watcher.look(picture, cv::Mat1b(grid.size(), std::uint8_t{255}), 0.02 * number);
+    }
+    const std::optional<Lift> lift = watcher.lift();
+    ASSERT_TRUE(lift);
+    EXPECT_TRUE(lift->start_is_seen);
+    EXPECT_NEAR(lift->speed, 0.25, 0.005);
+    EXPECT_NEAR(lift->start, 0.2, 0.005);
+    EXPECT_NEAR(watcher.length(), 0.05, 1e-12);
+    ASSERT_TRUE(watcher.longer_by(lift->start));
+    EXPECT_NEAR(*watcher.longer_by(lift->start), 0.002, 0.0004);
+    // Its shadow goes with it
+    double from = 1.0, to = -1.0;
+    for (const Eigen::Vector2d& corner : watcher.shadow(0.01)) {
+      from = std::min(from, corner.x());
+      to = std::max(to, corner.x());
+    }
+    EXPECT_NEAR(from, aside > 0.0 ? -0.01 : -0.04, 1e-6);
+    EXPECT_NEAR(to, aside > 0.0 ? 0.04 : 0.01, 1e-6);
+  }
+}
+
 // A pixel is a millimetre; (0, 0) lies at the pixel (120, 130).
 constexpr double millimetre = 1e-3;
 Eigen::Vector2d pixel_of(double x, double z) { return {120.0 + 1e3 * x, 130.0 - 1e3 * z}; }

@@ -273,6 +273,17 @@ std::optional<Lift> LiftWatcher::lift() const {
   return best;
 }
 
+std::optional<double> LiftWatcher::longer_by(double until) const {
+  std::vector<double> apart;
+  for (std::size_t i = 0; i < edges_[0].record.time.size(); ++i) {
+    if (edges_[0].record.time[i] > until || i >= edges_[1].record.height.size()) break;
+    const double one = edges_[0].record.height[i] - edges_[1].record.height[i];
+    if (std::isfinite(one)) apart.push_back(one);
+  }
+  if (apart.size() < 2) return std::nullopt;
+  return median(apart);
+}
+
 std::vector<Eigen::Vector2d> LiftWatcher::shadow(double rise) const {
   std::vector<cv::Point2f> points;
   const auto add = [&](double x, double before, double z) {

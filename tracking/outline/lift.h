@@ -48,6 +48,11 @@ class LiftWatcher {
   std::optional<Lift> lift() const;
   bool is_seen() const { return edges_[0].found + edges_[1].found > 0; }
 
+  // m: by how much both edges are farther apart than they are drawn, in the pictures up to this
+  // time. Nothing where fewer than two show both.
+  std::optional<double> longer_by(double until) const;
+  double length() const { return edges_[0].drawn - edges_[1].drawn; }  // m, along its way
+
   // The mover's shadow on the plane from the eye after it rose so far.
   std::vector<Eigen::Vector2d> shadow(double rise) const;
 

@@ -656,6 +656,7 @@ class OutlineTracker : public ParticleTracker {
                  1e3 * lift_->speed,
                  1e3 * lift_->speed_sigma,
                  mover.speed_is_stated ? 1e3 * mover.velocity.norm() : nan);
+      tell_length(summary);
       if (!lift_->start_is_seen)
         summary.warn(
             "What is lifted off the bed or pulled from under it moves from the first frame on: "
@@ -675,6 +676,25 @@ class OutlineTracker : public ParticleTracker {
         summary.warn("Nothing is seen to go round with the drum: paint a line on its rim.");
       }
     }
+  }
+
+  // A slide lies in the plane of the scale and is as long as it is drawn, or the scale is off: by a
+  // fiftieth is as much as speeds may differ. (The rims of a tube stand before the plane and mirror
+  // what is round it, so that they tell no length.)
+  void tell_length(TrackingSummary& summary) const {
+    const SeenOutline::Mover& mover = *rig_.mover;
+    if (!lift_->start_is_seen || !moves_sideways(mover)) return;
+    const auto longer = lift_watcher_->longer_by(lift_->start);
+    if (!longer) return;
+    constexpr double surely = 3.0, plain = 0.02;
+    const double length = lift_watcher_->length();
+    if (std::abs(*longer) < surely * lift_->scatter || std::abs(*longer) < plain * length) return;
+    summary.fail(
+        fmt::format("The {} is {:.4g} mm long in the film, but {:.4g} mm in the rig: the scale is "
+                    "off, or the rig is drawn wrongly.",
+                    mover.name,
+                    1e3 * (length + *longer),
+                    1e3 * length));
   }
 
   static void tell_speed(TrackingSummary& summary,
