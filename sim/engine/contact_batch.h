@@ -127,8 +127,7 @@ template <int D>
   const auto offset = batch.first.position.at(k) - batch.second.position.at(k);
   const auto spin = batch.second.spin_now.at(k);
   return batch.second.velocity_now.at(k) + spin_velocity(spin, offset) -
-         batch.first.velocity_now.at(k) +
-         spin_velocity(spin - batch.first.spin_now.at(k), lever);
+         batch.first.velocity_now.at(k) + spin_velocity(spin - batch.first.spin_now.at(k), lever);
 }
 
 }  // namespace graintruth::sim

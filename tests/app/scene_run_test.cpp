@@ -201,7 +201,7 @@ surface_velocity_mm_per_s = [300, 0, 0]
   const double lost = end.damping_loss + end.friction_loss;
   EXPECT_GT(lost, 1e-3);
   EXPECT_GT(end.wall_work, 0.0);
-  EXPECT_NEAR(end.total() + lost - end.wall_work - start.total(), 0.0, 0.01 * lost);
+  EXPECT_NEAR(end.total() + lost - end.wall_work - start.total(), 0.0, 0.005 * lost);
 }
 
 TEST(SceneRun, RainFillsOneByOne) {
