@@ -42,6 +42,23 @@ void check_wall(const Wall& wall, const std::string& name, bool planar) {
               "cylinder along y can");
 }
 
+void check_period(const Scene& scene) {
+  const Period& period = scene.period;
+  require(period.low.allFinite() && period.length.allFinite() && period.length.minCoeff() >= 0.0,
+          "the period must be finite and not negative");
+  require(!scene.planar || period.length.y() == 0.0, "one layer does not repeat along y");
+  double longest = 0.0;
+  for (const Body& body : scene.bodies)
+    longest = std::max(longest, 2.0 * scene.types[body.type].bounding_radius);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = period.length[axis];
+    require(length == 0.0 || length >= 2.0 * longest,
+            std::string("the period along ") + "xyz"[axis] + " is " + std::to_string(length) +
+                " m, but must be at least two lengths of the largest body, " +
+                std::to_string(2.0 * longest) + " m");
+  }
+}
+
 }  // namespace
 
 double picture_angle_of(const Quat& world_from_body) {
@@ -161,6 +178,7 @@ void check(const Scene& scene) {
     require((body.orientation * Vec3::UnitY() - Vec3::UnitY()).norm() < kLayerTolerance,
             name + " is tilted out of the layer");
   }
+  check_period(scene);
 }
 
 }  // namespace graintruth::sim

@@ -36,6 +36,14 @@ struct Body {
   double picture_angle = 0.0;            // rad, unwrapped; planar scenes only, see types.h
 };
 
+// Where a scene repeats itself: what leaves it at low + length comes back at low, and touches what
+// is there. Two lengths of the largest body must fit between. Walls are not repeated: one that
+// reaches a side of the cell must go on behind it, by a radius of the largest body.
+struct Period {
+  Vec3 low = Vec3::Zero();     // m
+  Vec3 length = Vec3::Zero();  // m; 0 along an axis that does not repeat
+};
+
 struct Scene {
   bool planar = false;                   // one layer: y fixed, rotation about y only
   Vec3 gravity = Vec3(0.0, 0.0, -9.81);  // m/s2
@@ -44,6 +52,7 @@ struct Scene {
   std::vector<Clump> types;
   std::vector<Body> bodies;
   std::vector<Wall> walls;
+  Period period;
 
   // Each returns the index of what was added.
   int add_material(const Material& material);
@@ -66,7 +75,7 @@ struct Scene {
 };
 
 // Throws std::invalid_argument naming the part and the rule it breaks: an index out of range, a
-// value that is not finite, a planar scene whose bodies leave the layer.
+// value that is not finite, a planar scene whose bodies leave the layer, a period too short.
 void check(const Scene& scene);
 
 }  // namespace graintruth::sim

@@ -146,6 +146,7 @@ DeckScene deck_scene_of(const SimulationSpec& spec, std::string_view engine) {
   const SceneData& scene = spec.scene;
   // 1. What it takes
   if (scene.is_planar) refuse(engine, "it is of one layer");
+  if (scene.period.is_given()) refuse(engine, "it is periodic");
   require_plain_phases(scene, engine);
   require_plain_surfaces(scene, engine);
   const bool rains = scene.fill.method == datasets::SceneFill::Method::rain &&

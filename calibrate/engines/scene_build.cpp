@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -228,6 +229,63 @@ void naming(const std::string& origin, const std::string& what, Function functio
   }
 }
 
+// Walls are not repeated: each is the same along a periodic axis, or ends where no grain on the
+// other side can see its end.
+void check_wall_at_period(const BuiltScene& built,
+                          std::size_t owner,
+                          const SceneWall& wall,
+                          double reach) {
+  constexpr double parallel = 1e-9;
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  sim::Vec3 low = sim::Vec3::Constant(endless), high = -low;
+  for (std::size_t w = 0; w < built.owner.size(); ++w) {
+    if (built.owner[w] != static_cast<int>(owner)) continue;
+    const sim::Box box = sim::box_of(built.scene.walls[w]);
+    low = low.cwiseMin(box.low);
+    high = high.cwiseMax(box.high);
+  }
+  const sim::Period& period = built.scene.period;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(period.length[axis] > 0.0)) continue;
+    const double from = period.low[axis], to = from + period.length[axis];
+    const auto refuse = [&](const std::string& what) {
+      throw InputError(
+          fmt::format("{}: wall '{}' {} along {}.", built.origin, wall.name, what, "xyz"[axis]));
+    };
+    if (wall.kind == SceneWall::Kind::plane && std::abs(wall.normal.normalized()[axis]) > parallel)
+      refuse("is not the same everywhere, but the scene is periodic");
+    if (wall.motion.velocity[axis] != 0.0) refuse("moves, but the scene is periodic");
+    const bool is_inside = low[axis] >= from + reach && high[axis] <= to - reach;
+    const bool is_through = low[axis] <= from - reach && high[axis] >= to + reach;
+    if (is_inside || is_through) continue;
+    refuse(
+        fmt::format("goes from {:.4g} to {:.4g} mm; it must end at least {:.4g} mm, a radius of "
+                    "the largest particle, before the ends of the period or behind them,",
+                    1e3 * low[axis],
+                    1e3 * high[axis],
+                    1e3 * reach));
+  }
+}
+
+void check_period(const SceneData& file, const BuiltScene& built) {
+  if (!file.period.is_given()) return;
+  double reach = 0.0;
+  for (const sim::Clump& type : built.scene.types) reach = std::max(reach, type.bounding_radius);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = file.period.length[axis];
+    if (length == 0.0 || length >= 4.0 * reach) continue;
+    throw InputError(
+        fmt::format("{}: the period along {} is {:.4g} mm, but must be at least two lengths of the "
+                    "largest particle, {:.4g} mm.",
+                    built.origin,
+                    "xyz"[axis],
+                    1e3 * length,
+                    4e3 * reach));
+  }
+  for (std::size_t owner = 0; owner < file.walls.size(); ++owner)
+    check_wall_at_period(built, owner, file.walls[owner], reach);
+}
+
 }  // namespace
 
 std::vector<sim::ElementSphere> spheres_of(const SceneParticle& particle) {
@@ -239,6 +297,7 @@ BuiltScene build_scene(const SceneData& file, const std::string& origin) {
   BuiltScene built{.origin = origin};
   built.scene.planar = file.is_planar;
   built.scene.gravity = file.gravity;
+  built.scene.period = {file.period.low, file.period.length};
   for (const datasets::SceneMaterial& material : file.materials) {
     built.scene.add_material(material.is_rigid
                                  ? sim::rigid_material()
@@ -278,6 +337,7 @@ BuiltScene build_scene(const SceneData& file, const std::string& origin) {
     });
   }
   naming(origin, "", [&] { sim::check(built.scene); });
+  check_period(file, built);
   return built;
 }
 

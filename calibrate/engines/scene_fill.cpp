@@ -12,6 +12,7 @@
 
 #include "datasets/store/input_error.h"
 #include "sim/engine/neighbours.h"
+#include "sim/engine/periodic_cell.h"
 #include "sim/engine/relaxation.h"
 #include "sim/laws/elementary.h"
 
@@ -130,7 +131,8 @@ bool is_clear_of_bodies(const BuiltScene& built,
                         double radius) {
   return std::all_of(bodies.begin(), bodies.end(), [&](const sim::Body& body) {
     const double apart = radius + built.enclosing[body.type].radius;
-    return (middle_of(built, body) - middle).squaredNorm() >= apart * apart;
+    return sim::nearest(built.scene.period, middle_of(built, body) - middle).squaredNorm() >=
+           apart * apart;
   });
 }
 
@@ -344,14 +346,15 @@ void check_start(const SceneData& file, const BuiltScene& built) {
   }
   sim::CellList<3> cells;
   std::vector<sim::IndexPair> pairs;
-  sim::find_near_pairs<3>(positions, radii, 0.0, cells, pairs);
+  sim::find_near_pairs<3>(positions, radii, 0.0, cells, pairs, sim::periodic_cell<3>(scene.period));
   for (const sim::IndexPair& pair : pairs) {
     const sim::Body& a = scene.bodies[pair.first];
     const sim::Body& b = scene.bodies[pair.second];
     for (const sim::ElementSphere& first : scene.types[a.type].spheres) {
       for (const sim::ElementSphere& second : scene.types[b.type].spheres) {
-        const Vec3 apart =
-            b.position + b.orientation * second.centre - a.position - a.orientation * first.centre;
+        const Vec3 apart = sim::nearest(
+            scene.period,
+            b.position + b.orientation * second.centre - a.position - a.orientation * first.centre);
         const double overlap = first.radius + second.radius - apart.norm();
         if (overlap > tolerated * std::min(first.radius, second.radius)) {
           refuse(pair.second, fmt::format("overlaps particle {}", pair.first + 1));

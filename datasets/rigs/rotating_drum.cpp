@@ -111,12 +111,21 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
   const double rate = section.setting("turning", turning_units, any_number, rig).value_or(0.0);
   if (!rig.settings.empty() && rate == 0.0)
     section.fail("turning", turning_units, "is 0, but the drum turns; below 0 counter-clockwise");
+  // Of a drum so long that its ends do not matter
+  const bool is_slice = keys.optional_flag("periodic_depth").value_or(false);
   const double room = pi * radius * radius * depth;  // m3
   if (depth < particle.length) {
     keys.fail(
         keys.key_of("drum_depth", length_units),
         fmt::format(
             "is {:.4g} mm, but a grain is {:.4g} mm long", 1e3 * depth, 1e3 * particle.length));
+  }
+  if (is_slice && depth < 2.0 * particle.length) {
+    keys.fail(
+        keys.key_of("drum_depth", length_units),
+        fmt::format("is {:.4g} mm, but a periodic slice is at least two grains deep, {:.4g} mm",
+                    1e3 * depth,
+                    2e3 * particle.length));
   }
   const int count = poured_count(
       section, context, [&](double level) { return room * segment_share(level, radius); }, rig);
@@ -137,8 +146,13 @@ void read(RigSection& section, const RigContext& context, Rig& rig) {
   shell.points = {{0.0, -particle.length, 0.0}, {0.0, depth + particle.length, 0.0}};
   shell.radius = radius;
   shell.drag = turning_about_y(rate);
-  rig.scene.walls = {
-      shell, pane("glass_front", 0.0, 1.0, rate), pane("glass_rear", depth, -1.0, rate)};
+  if (is_slice) {
+    rig.scene.walls = {shell};
+    rig.scene.period = {.low = {0.0, 0.0, 0.0}, .length = {0.0, depth, 0.0}};
+  } else {
+    rig.scene.walls = {
+        shell, pane("glass_front", 0.0, 1.0, rate), pane("glass_rear", depth, -1.0, rate)};
+  }
   rig.scene.fill = filling_from_lattice(
       particle,
       LatticeKind::close,

@@ -157,9 +157,16 @@ void list_fields(Archive& archive, ScenePhase& phase) {
 }
 
 template <class Archive>
+void list_fields(Archive& archive, ScenePeriod& period) {
+  auto& [low, length] = period;
+  archive("low_m", low)("length_m", length);
+}
+
+template <class Archive>
 void list_fields(Archive& archive, SceneData& scene) {
   auto& [is_planar,
          gravity,
+         period,
          materials,
          surfaces,
          law,
@@ -171,7 +178,8 @@ void list_fields(Archive& archive, SceneData& scene) {
          event_phase,
          exit_height,
          leaves_below] = scene;
-  archive("planar", is_planar)("gravity_m_per_s2", gravity)("materials", materials);
+  archive("planar", is_planar)("gravity_m_per_s2", gravity)("period", period);
+  archive("materials", materials);
   archive("surfaces", surfaces)("law", law)("particles", particles)("walls", walls);
   archive("fill", fill)("places", places)("phases", phases)("event_phase", event_phase);
   archive("exit_height_m", exit_height)("leaves_below_m", leaves_below);

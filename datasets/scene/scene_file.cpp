@@ -492,6 +492,24 @@ ScenePhase read_run(TomlSection section, SceneFile& scene) {
   return phase;
 }
 
+ScenePeriod read_period(TomlSection section, bool is_planar) {
+  ScenePeriod period;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string key(1, "xyz"[axis]);
+    const auto ends = section.optional_numbers(key, 2, length_units);
+    if (!ends) continue;
+    const std::string as_written = section.key_of(key, length_units);
+    if (is_planar && axis == 1)
+      section.fail(as_written, "is given, but one layer does not repeat along y");
+    if (!((*ends)[1] > (*ends)[0]))
+      section.fail(as_written, "must be two numbers, the smaller first");
+    period.low[axis] = (*ends)[0];
+    period.length[axis] = (*ends)[1] - (*ends)[0];
+  }
+  section.finish();
+  return period;
+}
+
 SceneFile load_toml_scene(const std::filesystem::path& file) {
   TomlSection root = TomlFile(file).root();
   SceneFile scene;
@@ -504,6 +522,8 @@ SceneFile load_toml_scene(const std::filesystem::path& file) {
     scene.gravity = vector_of(*gravity);
     if (!(scene.gravity.norm() <= 1e4)) root.fail("gravity_m_per_s2", "must be at most 1e4");
   }
+  if (auto period = root.optional_section("periodic"))
+    scene.period = read_period(*period, scene.is_planar);
   scene.materials = read_materials(root);
   scene.surfaces = read_surfaces(root, scene.materials);
   if (auto law = root.optional_section("law")) scene.law = read_law(*law);

@@ -166,9 +166,17 @@ struct ScenePhase {
 };
 
 // All that decides what happens.
+// Where a scene repeats itself: what leaves it at low + length comes back at low.
+struct ScenePeriod {
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();     // m
+  Eigen::Vector3d length = Eigen::Vector3d::Zero();  // m; 0 along an axis that does not repeat
+  bool is_given() const { return !length.isZero(0.0); }
+};
+
 struct SceneData {
   bool is_planar = false;                                      // one layer
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  // m/s2
+  ScenePeriod period;
   std::vector<SceneMaterial> materials;
   std::vector<SceneSurfaces> surfaces;
   SceneLaw law;

@@ -50,6 +50,7 @@ BodyKind<D> kind_of(const Clump& type) {
 template <int D>
 Bodies<D> make_bodies(const Scene& scene) {
   Bodies<D> bodies;
+  bodies.cell = periodic_cell<D>(scene.period);
   if (!scene.bodies.empty()) bodies.layer = scene.bodies.front().position.y();
   // Kinds that no body is of stay empty
   bodies.kinds.resize(scene.types.size());
@@ -96,7 +97,10 @@ Bodies<D> make_bodies(const Scene& scene) {
     bodies.motion.back().spin_now = bodies.motion.back().spin;
   }
   bodies.load.resize(count);
-  for (int i = 0; i < bodies.count(); ++i) place_spheres(bodies, i);
+  for (int i = 0; i < bodies.count(); ++i) {
+    place_spheres(bodies, i);
+    bring_into_cell(bodies, i);
+  }
   return bodies;
 }
 

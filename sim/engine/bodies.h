@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/engine/columns.h"
+#include "sim/engine/periodic_cell.h"
 #include "sim/engine/state.h"
 #include "sim/scene.h"
 
@@ -145,6 +146,7 @@ struct BodyKind {
 template <int D>
 struct Bodies {
   // Constant
+  PeriodicCell<D> cell;
   double layer = 0.0;              // m; y of a planar scene
   bool are_alike = true;           // all of one mass and one material
   bool are_single_spheres = true;  // no two bodies can touch at two places
@@ -208,6 +210,16 @@ inline void place_spheres(Bodies<3>& bodies, int i) {
   for (const SpatialVector& in_body : kind.spheres) {
     (placed++)->centre = centre + turned_by(world_from_body, in_body);
   }
+}
+
+// Body i back into the cell, with its spheres. Returns by how much it was moved, m.
+template <int D>
+typename Motion<D>::Vector bring_into_cell(Bodies<D>& bodies, int i) {
+  const auto shift = shift_into(bodies.cell, bodies.motion[i].position);
+  if (dot(shift, shift) == 0.0) return shift;
+  bodies.motion[i].position = bodies.motion[i].position + shift;
+  place_spheres(bodies, i);
+  return shift;
 }
 
 template <int D>

@@ -18,11 +18,12 @@ std::array<Rows, 4> columns_of_spheres(BatchVectors<3>& centre, BatchScalars& ra
 // Squared distances of four pairs of spheres against the squared sums of their radii. A placed
 // sphere is its centre and its radius: turning the sign of the first one's radius makes one
 // subtraction give what is apart and the sum of the radii.
-template <int D>
-[[gnu::always_inline]] inline void touch(const PlacedSphere<D>* spheres,
+template <int D, bool is_periodic>
+[[gnu::always_inline]] inline void touch(const Bodies<D>& bodies,
                                          const int* first,
                                          const int* second,
                                          int* touches) {
+  const PlacedSphere<D>* spheres = bodies.spheres.data();
   const Quad sign = D == 2 ? Quad{1.0, 1.0, -1.0, 1.0} : Quad{1.0, 1.0, 1.0, -1.0};
   Quad apart[4];
 #pragma GCC unroll 4
@@ -33,6 +34,14 @@ template <int D>
     apart[i] = other - sign * one;
   }
   transpose(apart);
+  if constexpr (is_periodic) {
+    const auto length = to_eigen(bodies.cell.length),
+               inverse = to_eigen(bodies.cell.inverse_length);
+    for (int axis = 0; axis < D; ++axis) {
+      const Quad whole = (inverse[axis] * apart[axis] + kMakesWhole) - kMakesWhole;
+      apart[axis] = apart[axis] - length[axis] * whole;
+    }
+  }
   Quad squared = apart[0] * apart[0] + apart[1] * apart[1];
   if constexpr (D == 3) squared = squared + apart[2] * apart[2];
   const auto mask = squared < apart[D] * apart[D];
@@ -40,12 +49,12 @@ template <int D>
   for (int i = 0; i < 4; ++i) touches[i] = static_cast<int>(mask[i] & 1);
 }
 
-template <int D>
-[[gnu::always_inline]] inline void find_touching_in(const CandidateRange& range,
-                                                    bool commits,
-                                                    const Bodies<D>& bodies,
-                                                    ContactList<D>& list,
-                                                    ContactBatch<D>& batch) {
+template <int D, bool is_periodic>
+[[gnu::always_inline]] inline void find_touching_among(const CandidateRange& range,
+                                                       bool commits,
+                                                       const Bodies<D>& bodies,
+                                                       ContactList<D>& list,
+                                                       ContactBatch<D>& batch) {
   const int count = range.end - range.begin;
   const int* first = list.first_sphere.data() + range.begin;
   const int* second = list.second.data() + range.begin;
@@ -53,7 +62,7 @@ template <int D>
   std::array<int, kBatchRows> touches;
   int c = 0;
   for (; c + 4 <= count; c += 4) {
-    touch(bodies.spheres.data(), first + c, second + c, touches.data() + c);
+    touch<D, is_periodic>(bodies, first + c, second + c, touches.data() + c);
   }
   if (c < count) {
     // The last few, and the last of them again
@@ -62,7 +71,7 @@ template <int D>
       last_first[i] = first[std::min(c + i, count - 1)];
       last_second[i] = second[std::min(c + i, count - 1)];
     }
-    touch(bodies.spheres.data(), last_first, last_second, touches.data() + c);
+    touch<D, is_periodic>(bodies, last_first, last_second, touches.data() + c);
   }
   // The row of one that does not touch is written over by the next: no branch, since nobody can
   // foretell the outcome
@@ -77,6 +86,19 @@ template <int D>
   batch.count = rows;
   if (!commits) return;
   for (c = 0; c < count; ++c) state[c] = static_cast<short>(touches[c]);
+}
+
+template <int D>
+[[gnu::always_inline]] inline void find_touching_in(const CandidateRange& range,
+                                                    bool commits,
+                                                    const Bodies<D>& bodies,
+                                                    ContactList<D>& list,
+                                                    ContactBatch<D>& batch) {
+  if (bodies.cell.is_periodic) {
+    find_touching_among<D, true>(range, commits, bodies, list, batch);
+  } else {
+    find_touching_among<D, false>(range, commits, bodies, list, batch);
+  }
 }
 
 // Copies of the last contact up to whole rows.
@@ -204,6 +226,14 @@ template <int D>
       rows,
       [=](int k) -> const BodyMotion<D>& { return motion[body[k]]; },
       columns_of(batch.second));
+  if (!bodies.cell.is_periodic) return;
+  // The second partner where it is nearest to the first
+  for (int k = 0; k < rows; ++k) {
+    const auto sphere_now = batch.second_sphere.at(k);
+    const auto shift = shift_to_nearest(bodies.cell, sphere_now - batch.first_sphere.at(k));
+    batch.second_sphere.set(k, sphere_now + shift);
+    batch.second.position.set(k, batch.second.position.at(k) + shift);
+  }
 }
 
 template <int D>

@@ -40,6 +40,29 @@ void finish_list(const Order& order, ContactList<D>& fresh, ContactList<D>& list
   list = fresh;
 }
 
+// A point, and where it is in the next cells if that is less than `reach` (m) from this one: a body
+// that leaves the cell finds the walls of the other side among its candidates.
+template <int D>
+void find_images(const Bodies<D>& bodies,
+                 typename Motion<D>::Vector point,
+                 double reach,
+                 std::vector<Vec3>& images) {
+  images.assign(1, to_space(to_eigen(point), bodies.layer));
+  if (!bodies.cell.is_periodic) return;
+  const Vec3 low = to_space(to_eigen(bodies.cell.low)),
+             length = to_space(to_eigen(bodies.cell.length));
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(length[axis] > 0.0)) continue;
+    const double from_low = images.front()[axis] - low[axis];
+    const std::size_t count = images.size();
+    for (const double side : {1.0, -1.0}) {
+      if ((side > 0.0 ? from_low : length[axis] - from_low) >= reach) continue;
+      for (std::size_t k = 0; k < count; ++k)
+        images.push_back(images[k] + side * length[axis] * Vec3::Unit(axis));
+    }
+  }
+}
+
 template <int D>
 void add_pair(const Bodies<D>& bodies,
               const IndexPair& near,
@@ -49,7 +72,8 @@ void add_pair(const Bodies<D>& bodies,
   for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
     for (int t = bodies.first_sphere[j]; t < bodies.first_sphere[j + 1]; ++t) {
       const double far = bodies.spheres[s].radius + bodies.spheres[t].radius + margin;
-      const auto apart = bodies.spheres[t].centre - bodies.spheres[s].centre;
+      auto apart = bodies.spheres[t].centre - bodies.spheres[s].centre;
+      if (bodies.cell.is_periodic) apart = apart + shift_to_nearest(bodies.cell, apart);
       if (dot(apart, apart) < far * far) candidates.add(s, t);
     }
   }
@@ -130,7 +154,7 @@ void ContactSearch<D>::find(const Bodies<D>& bodies,
   const PointView<D> centres{bodies.count() > 0 ? &bodies.motion.front().position.x : nullptr,
                              sizeof(BodyMotion<D>) / sizeof(double),
                              bodies.motion.size()};
-  cells_.sort(centres, RadiusView{radii_, bodies.kind.data()}, margin);
+  cells_.sort(centres, RadiusView{radii_, bodies.kind.data()}, margin, bodies.cell);
   desks_.resize(team.workers());
   for_each_shared(slab_count_of(bodies.count()), &team, [&](int worker, int slab) {
     const SlabRange range = slab_range(slab, bodies.count());
@@ -166,19 +190,28 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   ContactList<D>& fresh,
                                   ContactList<D>& list) const {
   begin_list(list, fresh);
+  std::vector<Vec3> bodys, spheres;  // where they are, and where they may soon be
+  const auto is_near = [&walls](int w, double reach, const std::vector<Vec3>& places) {
+    return std::any_of(places.begin(), places.end(), [&](const Vec3& place) {
+      return look_at(walls[w], place).distance < reach;
+    });
+  };
   for (int i = slab.begin; i < slab.end; ++i) {
-    const Vec3 centre = to_space(to_eigen(bodies.motion[i].position), bodies.layer);
+    const double reach = bodies.kind_of(i).bounding_radius + margin;
+    find_images(bodies, bodies.motion[i].position, reach, bodys);
     int of_group = -1;
     for (const int w : wall_bodies.order) {
       if (wall_bodies.of_wall[w] != of_group) fresh.close_group();
       of_group = wall_bodies.of_wall[w];
-      const double reach = bodies.kind_of(i).bounding_radius + margin;
-      if (wall_boxes_[w].distance_bound(centre) >= reach) continue;
-      if (look_at(walls[w], centre).distance >= reach) continue;
+      const Box& box = wall_boxes_[w];
+      const bool is_far = std::all_of(bodys.begin(), bodys.end(), [&](const Vec3& place) {
+        return box.distance_bound(place) >= reach;
+      });
+      if (is_far || !is_near(w, reach, bodys)) continue;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const PlacedSphere<D>& sphere = bodies.spheres[s];
-        const Vec3 point = to_space(to_eigen(sphere.centre), bodies.layer);
-        if (look_at(walls[w], point).distance < sphere.radius + margin) fresh.add(s, w);
+        find_images(bodies, sphere.centre, reach, spheres);
+        if (is_near(w, sphere.radius + margin, spheres)) fresh.add(s, w);
       }
     }
     fresh.close_group();

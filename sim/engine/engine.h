@@ -88,6 +88,7 @@ class Engine {
   void list_moving_walls();
   void clear_wall_forces();
   bool integrate();
+  void bring_into_cell();
   std::string describe_overlap() const;
   std::string describe_move() const;
 
@@ -130,6 +131,7 @@ class Engine {
   double tangential_work_ =
       0.0;                  // J; taken out of the motion by tangential forces, stored part included
   double wall_work_ = 0.0;  // J
+  double crossing_work_ = 0.0;  // J; of gravity, on the ways back into a periodic cell
   ContactPeaks peaks_;
 };
 

@@ -344,6 +344,7 @@ Engine<D>::Engine(const Scene& scene, const SimulationOptions& options, const En
     damping_loss_ = earlier->damping_loss_;
     tangential_work_ = earlier->tangential_work_;
     wall_work_ = earlier->wall_work_;
+    crossing_work_ = earlier->crossing_work_;
   }
   between_.resize(slab_count());
   with_walls_.resize(slab_count());
@@ -572,8 +573,20 @@ bool Engine<D>::integrate() {
     if (!trouble_.empty()) return false;
   }
   advance(factors_, bodies_, team_.get());
+  bring_into_cell();
   travel_ += bound.largest_move;
   return true;
+}
+
+// At every step, so that it does not depend on when contacts are searched. What a body's weight
+// would do on the way back is no work.
+template <int D>
+void Engine<D>::bring_into_cell() {
+  if (!bodies_.cell.is_periodic) return;
+  for (int i = 0; i < bodies_.count(); ++i) {
+    const auto shift = sim::bring_into_cell(bodies_, i);
+    crossing_work_ += bodies_.kind_of(i).mass * dot(plain(gravity_), shift);
+  }
 }
 
 // The first body whose next step is too long; empty when the bound was only too careful.
@@ -664,7 +677,9 @@ double Engine<D>::largest_displacement() const {
       const double cosine = product_of(bodies_.turns.world_from_body.at(i), searched_turns_.at(i));
       chord = 2.0 * std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
     }
-    const double path = length_of_vector(bodies_.motion[i].position - searched_position_[i]);
+    auto moved = bodies_.motion[i].position - searched_position_[i];
+    if (bodies_.cell.is_periodic) moved = moved + shift_to_nearest(bodies_.cell, moved);
+    const double path = length_of_vector(moved);
     largest = std::max(largest, path + chord * bodies_.kind_of(i).bounding_radius);
   }
   return largest;
@@ -784,6 +799,7 @@ Energy Engine<D>::energy() {
     }
     energy.gravity -= mass * dot(plain(gravity_), motion.position);
   }
+  energy.gravity += crossing_work_;
   energy.damping_loss = damping_loss_;
   energy.friction_loss = options_.tally_work ? tangential_work_ - springs.tangential : 0.0;
   energy.wall_work = wall_work_;
@@ -842,6 +858,7 @@ void Engine<D>::save(Snapshot& snapshot) const {
   snapshot.damping_loss = damping_loss_;
   snapshot.tangential_work = tangential_work_;
   snapshot.wall_work = wall_work_;
+  snapshot.crossing_work = crossing_work_;
   snapshot.pairs = pairs_;
   snapshot.walls = walls_at_rest_;
   // Of copies, because the same walk puts the numbers back
@@ -878,6 +895,7 @@ void Engine<D>::restore(const Snapshot& snapshot) {
   damping_loss_ = snapshot.damping_loss;
   tangential_work_ = snapshot.tangential_work;
   wall_work_ = snapshot.wall_work;
+  crossing_work_ = snapshot.crossing_work;
   pairs_ = snapshot.pairs;
   choose_law();
   walls_at_rest_ = snapshot.walls;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/engine/periodic_cell.h"
 #include "sim/laws/motion.h"
 
 namespace graintruth::sim {
@@ -33,12 +34,14 @@ struct RadiusView {
   double operator[](std::size_t i) const { return radii[kind != nullptr ? kind[i] : i]; }
 };
 
-// Cells at least as wide as the farthest apart two neighbours can be.
+// Cells at least as wide as the farthest apart two neighbours can be; along a periodic axis as many
+// as fit, the first and the last of them side by side.
 template <int D>
 struct Grid {
   Vec<D> origin = Vec<D>::Zero();
-  double edge = 1.0;  // m
+  Vec<D> edge = Vec<D>::Ones();  // m
   std::array<int, 3> size{1, 1, 1};
+  std::array<bool, 3> is_periodic{};
 
   std::array<int, 3> cell(const Vec<D>& point) const;
   int flat(const std::array<int, 3>& cell) const {
@@ -53,7 +56,10 @@ class CellList {
  public:
   // Sorts bodies whose bounding spheres have these centres and radii; both must last as long as
   // pairs are looked for. Bodies are near when their spheres are less than `margin` (m) apart.
-  void sort(const PointView<D>& centres, const RadiusView& radii, double margin);
+  void sort(const PointView<D>& centres,
+            const RadiusView& radii,
+            double margin,
+            const PeriodicCell<D>& cell);
 
   // Shows all near pairs of which one of the bodies [begin, end) is the first, body after body,
   // each body's sorted by the second. `pairs` is a buffer: several threads, each with its own, may
@@ -67,6 +73,7 @@ class CellList {
   PointView<D> centres_{};
   RadiusView radii_;
   double margin_ = 0.0;  // m
+  PeriodicCell<D> cell_;
   Grid<D> grid_;
   std::vector<int> cell_of_body_;
   std::vector<int> first_in_cell_;  // and one past the last cell's
@@ -79,6 +86,7 @@ void find_near_pairs(std::span<const Vec<D>> centres,
                      std::span<const double> radii,
                      double margin,
                      CellList<D>& cells,
-                     std::vector<IndexPair>& pairs);
+                     std::vector<IndexPair>& pairs,
+                     const PeriodicCell<D>& cell = {});
 
 }  // namespace graintruth::sim

@@ -16,7 +16,7 @@ constexpr double kAim = 0.5;
 
 class Relaxation {
  public:
-  Relaxation(Scene& scene, double time) : scene_(scene) {
+  Relaxation(Scene& scene, double time) : scene_(scene), cell_(periodic_cell<3>(scene.period)) {
     move_walls(scene.walls, time, walls_);
     for (const Body& body : scene.bodies)
       bounding_.push_back(scene.types[body.type].bounding_radius);
@@ -28,7 +28,7 @@ class Relaxation {
   double sweep(double allowed, double aim, bool correct) {
     deepest_ = 0.0;
     for (std::size_t i = 0; i < position_.size(); ++i) position_[i] = scene_.bodies[i].position;
-    find_near_pairs<3>(position_, bounding_, margin_of(allowed), cells_, pairs_);
+    find_near_pairs<3>(position_, bounding_, margin_of(allowed), cells_, pairs_, cell_);
     for (const IndexPair& pair : pairs_)
       part_bodies(pair.first, pair.second, allowed, aim, correct);
     for (int i = 0; i < static_cast<int>(scene_.bodies.size()); ++i) {
@@ -76,7 +76,8 @@ class Relaxation {
     for (const ElementSphere& a : type_of(i).spheres) {
       for (const ElementSphere& b : type_of(j).spheres) {
         const Vec3 at_a = sphere_at(i, a), at_b = sphere_at(j, b);
-        const Vec3 apart = at_b - at_a;
+        const Vec3 straight = at_b - at_a;
+        const Vec3 apart = straight + to_eigen(shift_to_nearest(cell_, plain(straight)));
         const double distance = apart.norm();
         const double overlap = a.radius + b.radius - distance;
         deepest_ = std::max(deepest_, overlap);
@@ -107,6 +108,7 @@ class Relaxation {
   }
 
   Scene& scene_;
+  PeriodicCell<3> cell_;
   std::vector<Wall> walls_;
   std::vector<double> bounding_;
   std::vector<Vec3> position_;

@@ -9,7 +9,7 @@
 namespace graintruth::sim {
 namespace {
 
-constexpr std::string_view kMagic = "GTSNAP03";
+constexpr std::string_view kMagic = "GTSNAP04";
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
   std::uint64_t hash = 14695981039346656037ull;
@@ -133,7 +133,7 @@ template <class Archive, class SomeSnapshot>
 void walk_snapshot(Archive& archive, SomeSnapshot& s) {
   walk(archive, s.dimensions, s.body_count, s.sphere_count);
   walk(archive, s.time, s.time_step, s.longest_time_step, s.slip_time, s.global_damping);
-  walk(archive, s.damping_loss, s.tangential_work, s.wall_work);
+  walk(archive, s.damping_loss, s.tangential_work, s.wall_work, s.crossing_work);
   archive.length_of(s.bodies);
   for (auto& number : s.bodies) walk(archive, number);
   walk_contacts(archive, s.between_bodies);

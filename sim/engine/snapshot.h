@@ -36,7 +36,7 @@ struct Snapshot {
   double longest_time_step = 0.0;  // s; that run_until may take
   double slip_time = 0.0;          // s
   double global_damping = 0.0;     // 1/s
-  double damping_loss = 0.0, tangential_work = 0.0, wall_work = 0.0;  // J
+  double damping_loss = 0.0, tangential_work = 0.0, wall_work = 0.0, crossing_work = 0.0;  // J
 
   // Per body, SI units. Planar: position x z, velocity (half a step back) x z, velocity now x z,
   // spin, spin now, acceleration x z, angular acceleration, picture angle, its cosine, its sine.
@@ -65,7 +65,7 @@ Snapshot without_bodies(const Snapshot& snapshot,
                         std::span<const char> gone,
                         std::span<const std::int64_t> first_sphere);
 
-// The eight letters "GTSNAP03"; then the members of Snapshot in their order, integers as 64-bit and
+// The eight letters "GTSNAP04"; then the members of Snapshot in their order, integers as 64-bit and
 // numbers as IEEE 754 doubles, both little-endian; a vector is its length and its elements, and so
 // is every member of an element; at the end the FNV-1a hash (64 bits) of all bytes before it.
 std::vector<std::byte> to_bytes(const Snapshot& snapshot);

@@ -204,6 +204,48 @@ surface_velocity_mm_per_s = [300, 0, 0]
   EXPECT_NEAR(end.total() + lost - end.wall_work - start.total(), 0.0, 0.005 * lost);
 }
 
+TEST(SceneRun, APeriodThatCannotBeIsRefused) {
+  const std::string cell = "dimensions = 3\n\n[periodic]\n";
+  const auto said = [&](const std::string& line, const std::string& open) {
+    std::string text = with(small_scene(), "dimensions = 3\n", cell + line + "\n");
+    return refusal(with(text, "open = \"top\"", "open = \"" + open + "\""));
+  };
+  const auto expect_part = [](const std::string& sentence, const std::string& part) {
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+  };
+  expect_part(said("x_mm = [35, -35]", "top, left, right"), "'periodic.x_mm'");
+  expect_part(said("x_mm = [-35, -5]", "top, left, right"), "period along x is 30 mm");
+  expect_part(said("x_mm = [-35, 35]", "top, bottom, front, back"), "wall 'box_left'");
+  expect_part(said("x_mm = [-35, 35]", "top, left, right"), "behind them, along x");
+  expect_part(said("w_mm = [-35, 35]", "top"), "w_mm");
+}
+
+// Nothing but the weight acts along a chute that is tilted and has no end.
+TEST(SceneRun, GrainsFlowDownAChuteWithoutAnEnd) {
+  std::string text = with(small_scene(),
+                          "dimensions = 3\n",
+                          "dimensions = 3\ngravity_m_per_s2 = [4.905, 0, -8.496]\n\n"
+                          "[periodic]\nx_mm = [-35, 35]\ny_mm = [-35, 35]\n");
+  const auto walls = text.find("[[wall]]"), fill = text.find("[fill]");
+  text = text.substr(0, walls) +
+         "[[wall]]\nname = \"floor\"\nmaterial = \"wall\"\nshape = \"plane\"\n"
+         "point_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n\n" +
+         text.substr(fill);
+  text = with(text, "[settle]\nlongest_s = 2.0\nrestitution = 0.2\n", "");
+  text = with(text, "duration_s = 0.02", "duration_s = 0.4");
+  const calibrate::SceneRun run = run_text(text);
+  ASSERT_EQ(run.status, sim::RunStatus::completed) << run.message;
+  const sim::Energy start = run.frames.front().energy, end = run.frames.back().energy;
+  const double lost = end.damping_loss + end.friction_loss;
+  EXPECT_NEAR(end.total() + lost - start.total(), 0.0, 0.005 * lost);
+  EXPECT_LT(end.gravity, start.gravity);
+  for (const sim::Vec3& position : run.frames.back().state.position) {
+    EXPECT_LE(std::abs(position.x()), 0.035);
+    EXPECT_LE(std::abs(position.y()), 0.035);
+    EXPECT_GT(position.z(), 0.009);
+  }
+}
+
 TEST(SceneRun, RainFillsOneByOne) {
   std::string text =
       with(small_scene(), "method = \"lattice\"", "method = \"rain\"\ninterval_s = 0.02");

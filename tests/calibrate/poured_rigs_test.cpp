@@ -144,6 +144,9 @@ TEST_F(PouredRigs, ThatCannotBeAreRefusedInOneSentence) {
   expect_refusal("rotating_drum", {{"drum_depth_mm = 16", "drum_depth_mm = 3"}}, {"4 mm long"});
   expect_refusal(
       "rotating_drum", {{"turning_rpm = 5", "turning_rpm = 0"}}, {"turning_rpm", "is 0"});
+  expect_refusal("rotating_drum",
+                 {{"drum_depth_mm = 16", "drum_depth_mm = 7\nperiodic_depth = true"}},
+                 {"'rig.drum_depth_mm' is 7 mm", "two grains deep, 8 mm"});
   expect_refusal("column_collapse",
                  {{"column_width_mm = 40", "column_width_mm = 300"}},
                  {"'rig.column_width_mm'", "200 mm long"});
