@@ -55,7 +55,12 @@ double half_width_95(std::span<const VarianceComponent> components) {
   double sum = 0.0;
   for (const VarianceComponent& component : components) sum += component.variance;
   if (!(sum > 0.0)) return 0.0;
-  return student_t_quantile(0.975, satterthwaite_freedom(components)) * std::sqrt(sum);
+  double half_width = student_t_quantile(0.975, satterthwaite_freedom(components)) * std::sqrt(sum);
+  for (const auto& [variance, freedom] : components) {
+    if (variance > 0.0)
+      half_width = std::max(half_width, student_t_quantile(0.975, freedom) * std::sqrt(variance));
+  }
+  return half_width;
 }
 
 // Variances of the means, s^2 / n, of n - 1 degrees of freedom

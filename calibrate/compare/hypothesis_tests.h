@@ -30,7 +30,10 @@ struct VarianceComponent {
 // Welch (1947) and Satterthwaite (1946); at least one variance is more than 0.
 double satterthwaite_freedom(std::span<const VarianceComponent> components);
 
-// Half width of the 95 % interval of the sum of independent errors: t(0.975; nu) sqrt(sum v_i).
+// Half width of the 95 % interval of the sum of independent errors,
+//   max( t(0.975; nu) sqrt(sum v_i),  t(0.975; nu_i) sqrt(v_i) of each ):
+// a sum is known no better than its parts. Satterthwaite's nu alone forgets that where a variance
+// of one or two degrees of freedom happens to come out small, as it often does.
 double half_width_95(std::span<const VarianceComponent> components);
 
 struct TTest {

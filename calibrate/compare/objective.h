@@ -10,9 +10,9 @@
 //
 // Half widths of values that replicates repeat (compare/repeated_rule.h) are those of eq 4.2 with
 // Student's t; in the smooth form with two changes: the variance is shrunk half way towards that of
-// neighbouring moments (five values tell little of a variance), and the half width never falls
-// below the error of the measurement (all replicates start alike, so the thesis's interval is
-// almost empty at first).
+// neighbouring moments (five values tell little of a variance; two tell none, so that all values of
+// a kind at these moments are pooled), and the half width never falls below the error of the
+// measurement (all replicates start alike, so the thesis's interval is almost empty at first).
 #pragma once
 
 #include "datasets/experiment/experiment.h"

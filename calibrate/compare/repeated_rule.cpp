@@ -25,19 +25,27 @@ double measurement_error(std::span<const Channel* const> replicates, std::size_t
   return count == 0 ? 0.0 : std::sqrt(squares / count);
 }
 
-// Mean variance over the moments around that of value `i`.
-double pooled_variance(const std::vector<Spread>& spreads, std::size_t series, std::size_t i) {
-  const std::size_t moments = spreads.size() / series;
-  const std::size_t moment = i / series, place = i % series;
+// Mean variance over the moments around that of value `i`: of this value, or of all values of its
+// kind, x of every particle, say.
+enum class Pooled { moments, moments_of_kind };
+double pooled_variance(const std::vector<Spread>& spreads,
+                       const ChannelShape& shape,
+                       std::size_t i,
+                       Pooled pooled) {
+  const std::size_t moments = spreads.size() / shape.series;
+  const std::size_t moment = i / shape.series;
+  const std::size_t step = pooled == Pooled::moments ? shape.series : shape.difference.size();
   const std::size_t first = moment < pooled_neighbours ? 0 : moment - pooled_neighbours;
   const std::size_t last = std::min(moment + pooled_neighbours, moments - 1);
   double sum = 0.0;
   int count = 0;
   for (std::size_t m = first; m <= last; ++m) {
-    const double sd = spreads[m * series + place].standard_deviation;
-    if (!std::isfinite(sd)) continue;
-    sum += sd * sd;
-    ++count;
+    for (std::size_t place = i % shape.series % step; place < shape.series; place += step) {
+      const double sd = spreads[m * shape.series + place].standard_deviation;
+      if (!std::isfinite(sd)) continue;
+      sum += sd * sd;
+      ++count;
+    }
   }
   return count == 0 ? 0.0 : sum / count;
 }
@@ -101,7 +109,9 @@ RepeatedRule::RepeatedRule(std::size_t channel,
 }
 
 // With the text of objective.h. Of `left_out` more replicates the mean knows, the variance does
-// not.
+// not. Two replicates of a value lie close together by chance so often that their own distance, as
+// a weight, would let a few such values decide; and without one of them nothing tells what that
+// costs.
 std::vector<double> RepeatedRule::half_widths_of(std::span<const Channel* const> replicates,
                                                  int left_out) const {
   const std::vector<Spread> spreads = spreads_of(replicates, shape_);
@@ -114,7 +124,10 @@ std::vector<double> RepeatedRule::half_widths_of(std::span<const Channel* const>
       continue;
     }
     const double own = spread.standard_deviation * spread.standard_deviation;
-    const double variance = 0.5 * (own + pooled_variance(spreads, shape_.series, i));
+    const double variance =
+        spread.count + left_out == 2
+            ? pooled_variance(spreads, shape_, i, Pooled::moments_of_kind)
+            : 0.5 * (own + pooled_variance(spreads, shape_, i, Pooled::moments));
     const double floor = std::max(measurement_error(replicates, i), shape_.least_error_of(i));
     half_widths[i] =
         std::max(half_width_of_mean(std::sqrt(variance), spread.count + left_out), floor);
