@@ -108,17 +108,26 @@ SearchResult seen_by(const SearchResult& found,
 }
 
 void warn_of_step(const Problem& problem, ExperimentResult& result) {
-  constexpr double confidence_95 = 1.96;
   const auto check = half_step_of(problem, result.confirmed);
-  if (!check || !(std::abs(check->objective_change) > confidence_95 * check->noise)) return;
-  result.warnings.push_back(datasets::first_line(
-      fmt::format("At the parameters found, half the time step changes the objective by {:.3g}, "
-                  "which the seeds' noise of {:.3g} does not explain: the result depends on the "
-                  "time step.",
-                  check->objective_change,
-                  check->noise),
-      "at half the time step the result is another",
-      "Look at the time-step study"));
+  if (!check) return;
+  const auto& [change, noise, allowed] = check->objective;
+  const std::string sizes = fmt::format(
+      "half the time step changes the objective by {:.2g}, give or take {:.2g}, where {:.2g} would "
+      "be little beside what other replicates could change",
+      change,
+      noise.half_width,
+      allowed);
+  if (check->objective.verdict() == StepVerdict::changes) {
+    result.warnings.push_back(datasets::first_line(
+        fmt::format("At the parameters found, {}: the result depends on the time step.", sizes),
+        "at half the time step the result is another",
+        "Look at the time-step study"));
+  } else if (check->objective.verdict() == StepVerdict::not_resolved) {
+    result.warnings.push_back(
+        fmt::format("At the parameters found the time step is not resolved: {}. More fresh runs "
+                    "would tell more.",
+                    sizes));
+  }
 }
 
 // Where one experiment leaves parameters together, another one that would tell them apart.
@@ -147,6 +156,7 @@ CalibrationOptions default_options(std::span<const CalibratedExperiment> experim
     options = {.budget = 60,
                .search_seeds = 1,
                .gate_seeds = 1,
+               .most_gate_seeds = 4,
                .confirmation_seeds = 3,
                .choice_candidates = 3};
   }
@@ -157,6 +167,7 @@ CalibrationOptions default_options(std::span<const CalibratedExperiment> experim
     options = {.budget = 40,
                .search_seeds = 2,
                .gate_seeds = 2,
+               .most_gate_seeds = 8,
                .confirmation_seeds = 4,
                .choice_candidates = 3};
   }

@@ -676,6 +676,50 @@ double ChannelComparison::half_width_of_difference(const Evaluation& first,
   return half_width_95(components);
 }
 
+double ChannelComparison::half_width_by_replicates(const Evaluation& evaluation) const {
+  std::vector<VarianceComponent> components;
+  for (std::size_t i = 0; i < experiments_.size(); ++i) {
+    const Digests runs = digest(i, runs_of(evaluation.runs, i));
+    const double as_it_is = objective_of(i, runs, {}, {});
+    std::vector<VarianceComponent> strata;
+    for (const auto& [otherwise, factor, stratum, freedom] : ways_of(i)) {
+      Otherwise other = otherwise;
+      other.of_replicates_alone = true;
+      const double change = experiments_[i].weight * (objective_of(i, runs, {}, other) - as_it_is);
+      if (strata.size() <= stratum) strata.resize(stratum + 1);
+      strata[stratum].freedom = freedom;
+      strata[stratum].variance += factor * change * change;
+    }
+    components.insert(components.end(), strata.begin(), strata.end());
+  }
+  return half_width_95(components);
+}
+
+// By the jackknife, a run of both at a time. What a condition's only run scatters nobody knows.
+SeedNoise ChannelComparison::noise_of_difference(const Evaluation& first,
+                                                 const Evaluation& second) const {
+  std::vector<VarianceComponent> components;
+  for (std::size_t i = 0; i < experiments_.size(); ++i) {
+    const auto one = runs_of(first.runs, i), other = runs_of(second.runs, i);
+    const Digests near = digest(i, one), far = digest(i, other);
+    std::vector<int> weights(one.size(), 1);
+    for (const std::vector<std::size_t>& stratum : strata_of(i, one.size())) {
+      if (stratum.size() < 2) return {};
+      std::vector<double> values;
+      for (const std::size_t run : stratum) {
+        weights[run] = 0;
+        values.push_back(objective_of(i, near, weights, {}) - objective_of(i, far, weights, {}));
+        weights[run] = 1;
+      }
+      const double error = experiments_[i].weight * jackknife_error(values);
+      components.push_back({error * error, static_cast<double>(stratum.size()) - 1.0});
+    }
+  }
+  double variance = 0.0;
+  for (const VarianceComponent& component : components) variance += component.variance;
+  return {std::sqrt(variance), half_width_95(components)};
+}
+
 double ChannelComparison::allowed_excess(const Evaluation& best,
                                          const Evaluation& evaluation,
                                          const PooledChance& chance) const {

@@ -82,6 +82,8 @@ class ChannelComparison final : public Comparison {
   double half_width_of_difference(const Evaluation& first,
                                   const Evaluation& second,
                                   const PooledChance& chance) const override;
+  double half_width_by_replicates(const Evaluation& evaluation) const override;
+  SeedNoise noise_of_difference(const Evaluation& first, const Evaluation& second) const override;
   // If `evaluation` had the true parameters, its excess over another model would be -D on average,
   // D being the excess that the other has when measured numbers lie about `evaluation` as they lie
   // about the other now, and would vary with replicates and seeds by a standard deviation S: it is

@@ -16,6 +16,10 @@ void count_runs(Evaluation& evaluation) {
   }
 }
 
+bool is_hopeless(const Evaluation& evaluation, const Evaluation& best) {
+  return evaluation.objective > 6.0 * best.objective + 0.12;
+}
+
 double median(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -3,6 +3,7 @@
 // observables are compared in compare/channel_comparison.h.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -43,6 +44,12 @@ struct SeedScatter {
   double freedom = 0.0;  // degrees of it
 };
 
+// Infinite where seeds are too few to tell.
+struct SeedNoise {
+  double standard_error = std::numeric_limits<double>::infinity();
+  double half_width = std::numeric_limits<double>::infinity();  // at 95 %
+};
+
 // What all evaluations together tell of chance, for the difference of any two.
 struct PooledChance {
   // Relative standard deviation of the objective from one parameter set to the next beyond what
@@ -60,6 +67,10 @@ struct ReplicateVariance {
   double by_own_widths = 0.0;
   double by_widths_of_others = 0.0;
 };
+
+// So much worse than the best that nothing needs to be drawn or left out to tell. Where few numbers
+// are measured the best may be 0, and a residual of one is nothing unusual: rho(1) = 0.12.
+bool is_hopeless(const Evaluation& evaluation, const Evaluation& best);
 
 class Comparison {
  public:
@@ -93,6 +104,12 @@ class Comparison {
   virtual double half_width_of_difference(const Evaluation& first,
                                           const Evaluation& second,
                                           const PooledChance& chance) const = 0;
+  // By how much other replicates could move the objective of an evaluation, at 95 %; its
+  // simulations are what they are. 0 where replicates tell nothing.
+  virtual double half_width_by_replicates(const Evaluation&) const { return 0.0; }
+  // What other seeds could move the difference of the objectives of two evaluations of the same
+  // seeds by.
+  virtual SeedNoise noise_of_difference(const Evaluation&, const Evaluation&) const { return {}; }
   // By how much `evaluation` may be worse than `best`, the lowest of all, before its parameters can
   // be told from the true ones at 95 %.
   virtual double allowed_excess(const Evaluation& best,

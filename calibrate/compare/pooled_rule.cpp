@@ -180,13 +180,14 @@ std::unique_ptr<Rule::Runs> PooledRule::digest(std::span<const SimulatedRun> run
 // as widely scattered as single ones are: sqrt(n / (n - 1)) of what is seen about a mean.
 std::vector<double> PooledRule::deviation_of(const Digest& digest,
                                              std::size_t replicate,
-                                             std::span<const int> weights) const {
+                                             std::span<const int> weights,
+                                             bool of_replicates_alone) const {
   const std::size_t c = condition_of_[replicate];
   const ComparedCondition& condition = layout_.conditions[c];
   const auto n = static_cast<double>(condition.replicates.size());
   const double widened = std::sqrt(n / (n - 1.0));
   std::vector<double> all(means_[c].values.size());
-  if (!condition.is_paired) {
+  if (!condition.is_paired || of_replicates_alone) {
     // A replicate above the mean makes the simulation too low
     for (std::size_t i = 0; i < all.size(); ++i)
       all[i] =
@@ -219,10 +220,10 @@ std::vector<std::vector<double>> PooledRule::mean_differences(const Runs& runs,
   for (std::size_t c = 0; c < layout_.conditions.size(); ++c) {
     const ComparedCondition& condition = layout_.conditions[c];
     const bool is_without = otherwise.mean == Otherwise::Mean::without && otherwise.condition == c;
+    const bool is_paired = condition.is_paired && !otherwise.of_replicates_alone;
     std::vector<KnownMean> means(means_[c].values.size());
     for (std::size_t k = 0; k < condition.scenes.size(); ++k) {
-      if (is_without && condition.is_paired && condition.replicates[k] == otherwise.replicate)
-        continue;
+      if (is_without && is_paired && condition.replicates[k] == otherwise.replicate) continue;
       for (std::size_t seed = 0; seed < seeds; ++seed) {
         const std::size_t run = condition.scenes[k] * seeds + seed;
         for (std::size_t i = 0; i < means.size(); ++i)
@@ -230,7 +231,7 @@ std::vector<std::vector<double>> PooledRule::mean_differences(const Runs& runs,
       }
     }
     all.push_back(values_of(means));
-    if (is_without && !condition.is_paired) {
+    if (is_without && !is_paired) {
       // The mean moves away from the one that is left out, by a share of what it deviates
       const auto n = static_cast<double>(condition.replicates.size());
       for (std::size_t i = 0; i < means.size(); ++i) {
@@ -240,7 +241,8 @@ std::vector<std::vector<double>> PooledRule::mean_differences(const Runs& runs,
       }
     }
     if (otherwise.mean == Otherwise::Mean::moved && otherwise.condition == c) {
-      const std::vector<double> apart = deviation_of(digest, otherwise.replicate, weights);
+      const std::vector<double> apart =
+          deviation_of(digest, otherwise.replicate, weights, otherwise.of_replicates_alone);
       for (std::size_t i = 0; i < std::min(apart.size(), means.size()); ++i) {
         if (!std::isnan(apart[i])) all.back()[i] += otherwise.share * apart[i];
       }

@@ -71,7 +71,8 @@ class PooledRule final : public Rule {
   std::vector<double> differences_of(const SimulatedRun& run, std::size_t scene) const;
   std::vector<double> deviation_of(const Digest& digest,
                                    std::size_t replicate,
-                                   std::span<const int> weights) const;
+                                   std::span<const int> weights,
+                                   bool of_replicates_alone) const;
   Scatter find_scatter(std::optional<std::size_t> left_out) const;
 
   std::size_t channel_;

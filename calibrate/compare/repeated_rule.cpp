@@ -204,7 +204,8 @@ std::vector<double> RepeatedRule::residuals(const Runs& runs,
     bool any = false;
     for (const std::size_t i : digest.of_condition[c]) {
       int weight = weights.empty() ? 1 : weights[digest.place[i]];
-      if (is_without && condition.is_paired && digest.scene[i] == condition.scenes[left_out])
+      if (is_without && condition.is_paired && !otherwise.of_replicates_alone &&
+          digest.scene[i] == condition.scenes[left_out])
         weight = 0;
       own.push_back(weight);
       any |= weight > 0;

@@ -43,6 +43,8 @@ struct Otherwise {
   std::size_t condition = 0;  // whose mean it is
   std::size_t replicate = 0;  // of all
   double share = 0.0;         // moved: of the deviation
+  // Simulations stay as they are, even those that are paired with the replicate
+  bool of_replicates_alone = false;
   // Half widths from all replicates but this one
   std::optional<std::size_t> widths_without;
 };

@@ -11,12 +11,6 @@ namespace {
 
 constexpr std::size_t few_lowest = 9;  // evaluations that tell of chance near the best
 
-// So much worse than the best that nothing needs to be drawn or left out to tell. Where few numbers
-// are measured the best may be 0, and a residual of one is nothing unusual: rho(1) = 0.12.
-bool is_hopeless(const Evaluation& evaluation, const Evaluation& best) {
-  return evaluation.objective > 6.0 * best.objective + 0.12;
-}
-
 // One end of one parameter's interval on its way. Values are those of the unit range.
 struct End {
   std::size_t dimension;

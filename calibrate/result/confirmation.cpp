@@ -1,7 +1,5 @@
 #include "calibrate/result/confirmation.h"
 
-#include <cmath>
-
 namespace graintruth::calibrate {
 
 namespace {
@@ -64,11 +62,12 @@ int simulations_of_confirmation(const Problem& problem, const ConfirmationOption
 std::optional<HalfStepCheck> half_step_of(const Problem& problem, const Confirmed& confirmed) {
   if (!confirmed.halved || confirmed.halved->runs.size() != confirmed.runs.runs.size())
     return std::nullopt;
-  const std::vector<SimulatedRun> half = calibrated_of(problem, confirmed.halved->runs);
-  return HalfStepCheck{confirmed.objective - problem.calibrated->objective(half),
-                       std::hypot(confirmed.noise, problem.calibrated->noise(half)),
-                       problem.calibrated->percent_inside(confirmed.calibrated_runs) -
-                           problem.calibrated->percent_inside(half)};
+  Evaluation at{.runs = confirmed.calibrated_runs, .objective = confirmed.objective};
+  Evaluation at_half{.runs = calibrated_of(problem, confirmed.halved->runs)};
+  at_half.objective = problem.calibrated->objective(at_half.runs);
+  return HalfStepCheck{step_change(*problem.calibrated, at, at_half),
+                       problem.calibrated->percent_inside(at.runs) -
+                           problem.calibrated->percent_inside(at_half.runs)};
 }
 
 }  // namespace graintruth::calibrate

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "calibrate/compare/step_change.h"
 #include "calibrate/problem.h"
 
 namespace graintruth::calibrate {
@@ -45,8 +46,7 @@ int simulations_of_confirmation(const Problem& problem, const ConfirmationOption
 // The winner once more at half the time step, with the same seeds; none where these are too few to
 // tell a change from their noise.
 struct HalfStepCheck {
-  double objective_change = 0.0;  // at the chosen step minus at its half
-  double noise = 0.0;             // standard error of that if both had seeds of their own
+  StepChange objective;           // of what is calibrated on
   double agreement_change = 0.0;  // percentage points, Student; NaN where there is no agreement
 };
 std::optional<HalfStepCheck> half_step_of(const Problem& problem, const Confirmed& confirmed);

@@ -225,8 +225,11 @@ std::vector<std::string> write_calibration(const datasets::RunFolder& folder,
   Results results{.json = head_json(problem.experiment, "calibration")};
   add_search(result, options, results.json);
   if (const auto check = half_step_of(problem, result.confirmed)) {
-    results.json["time_step"]["at_half"] = {{"objective_change", check->objective_change},
-                                            {"noise", check->noise},
+    results.json["time_step"]["at_half"] = {{"objective_change", check->objective.change},
+                                            {"noise", check->objective.noise.standard_error},
+                                            {"half_width", check->objective.noise.half_width},
+                                            {"allowed", check->objective.allowed},
+                                            {"verdict", name_of(check->objective.verdict())},
                                             {"agreement_change_points", check->agreement_change}};
   }
   add_confirmed(problem, result.confirmed, results);

@@ -65,15 +65,19 @@ Json time_step_json(const TimeStepChoice& choice) {
     entry["fraction"] = row.fraction;
     entry["seconds"] = row.time_step;
     entry["objective"] = row.objective;
-    entry["change"] = row.change;
-    entry["noise"] = row.noise;
+    entry["change"] = row.change ? Json(row.change->change) : Json(nullptr);
+    entry["noise"] = row.change ? Json(row.change->noise.standard_error) : Json(nullptr);
+    entry["half_width"] = row.change ? Json(row.change->noise.half_width) : Json(nullptr);
+    entry["allowed"] = row.change ? Json(row.change->allowed) : Json(nullptr);
+    entry["seeds"] = row.seeds;
     entry["cpu_seconds"] = row.seconds;
     study.push_back(std::move(entry));
   }
   return {{"fraction", choice.fraction},
           {"seconds", choice.time_step},
           {"discretisation_error", choice.discretisation_error},
-          {"converged", choice.converged},
+          {"converged", choice.verdict == StepVerdict::resolved},
+          {"verdict", name_of(choice.verdict)},
           {"rule", choice.joint ? "joint" : "gate"},
           {"study", study}};
 }

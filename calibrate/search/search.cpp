@@ -118,7 +118,8 @@ void Search::timed(const char* name, const std::function<void()>& stage) {
   result_.stages.push_back({name, taken.count()});
 }
 
-// Expected cost in simulations at the largest time step: the gate's smaller steps weigh more.
+// Expected cost in simulations at the largest time step: the gate's smaller steps weigh more,
+// all of which are needed where the largest does change the answer.
 double expected_cost(std::size_t scenes, const CalibrationOptions& options) {
   const double gate = gate_places * gate_cost * options.gate_seeds;
   const double search = options.budget * options.search_seeds + choice_simulations(options);
@@ -209,6 +210,42 @@ int Search::budget_left() const {
   return budget_ - static_cast<int>(result_.evaluations.size());
 }
 
+// What must be said of a step that is not resolved.
+datasets::Warning words_on_step(const TimeStepChoice& choice) {
+  if (choice.verdict == StepVerdict::changes) {
+    return datasets::first_line(
+        fmt::format("The objective still changes by {:.3g} at the smallest time step tried "
+                    "(fraction {:.3g}): the result depends on the time step.",
+                    choice.discretisation_error,
+                    choice.fraction),
+        "the time step is not resolved, so the result depends on it",
+        "Look at the time-step study; a lower elastic modulus may resolve it");
+  }
+  // The place that tells least
+  const TimeStepRow* worst = nullptr;
+  for (const TimeStepRow& row : choice.rows) {
+    if (!row.change || row.change->verdict() != StepVerdict::not_resolved) continue;
+    const auto beyond = [](const StepChange& change) {
+      return std::abs(change.change) + change.noise.half_width - change.allowed;
+    };
+    if (worst == nullptr || beyond(*row.change) > beyond(*worst->change)) worst = &row;
+  }
+  const StepChange change = worst != nullptr ? *worst->change : StepChange{};
+  return datasets::first_line(
+      fmt::format(
+          "The time step is not resolved: runs scatter so much that {} a place do not tell "
+          "what half the step does. It changes the objective by {:.2g}, give or take {:.2g}; "
+          "{:.2g} in all would be little beside what other replicates could change.",
+          worst != nullptr && worst->seeds == 1
+              ? "runs of one seed"
+              : fmt::format("{} seeds", worst != nullptr ? worst->seeds : 0),
+          change.change,
+          change.noise.half_width,
+          change.allowed),
+      "runs scatter too much to tell whether the time step matters",
+      "Compare what scatters less from run to run, or check the result at half the time step");
+}
+
 // 1. The time step, at the centre of the box and half way from there to its lower corner, where
 // particles move more.
 void Search::choose_step() {
@@ -216,23 +253,19 @@ void Search::choose_step() {
   for (const double level : {0.5, 0.25})
     places.push_back(space_.from_unit(UnitPoint(space_.dimension(), level)));
   // Those of the search are the first of these.
-  const auto seeds = make_seeds(options_.seed, "search", options_.gate_seeds);
-  result_.time_step =
-      choose_time_step(ensemble_, places, options_.largest_time_step_fraction, seeds, reporter());
+  const auto seeds = make_seeds(options_.seed, "search", options_.most_gate_seeds);
+  result_.time_step = choose_time_step(ensemble_,
+                                       places,
+                                       options_.largest_time_step_fraction,
+                                       seeds,
+                                       static_cast<std::size_t>(options_.gate_seeds),
+                                       [this](double cost) { return reporter(cost); });
   for (const TimeStepRow& row : result_.time_step.rows) {
-    result_.simulations += static_cast<int>(ensemble_.scenes()) * options_.gate_seeds;
+    result_.simulations += static_cast<int>(ensemble_.scenes()) * row.seeds;
     result_.failed += row.failed;
   }
-  if (!result_.time_step.converged) {
-    result_.warnings.push_back(datasets::first_line(
-        fmt::format("The objective still changes by {:.3g} at the smallest time step tried "
-                    "(fraction {:.3g}): the "
-                    "result depends on the time step.",
-                    result_.time_step.discretisation_error,
-                    result_.time_step.fraction),
-        "the time step is not resolved, so the result depends on it",
-        "Look at the time-step study; a lower elastic modulus may resolve it"));
-  }
+  if (result_.time_step.verdict != StepVerdict::resolved)
+    warn_early(words_on_step(result_.time_step));
 }
 
 // 2. A low-discrepancy design: above some friction particles jam, so the objective is not

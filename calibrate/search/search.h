@@ -34,9 +34,10 @@ struct CalibrationProgress {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   int jobs = 1;
-  int budget = 120;      // evaluations of the search: design, proposals, local search, profiles
-  int search_seeds = 6;  // simulations an evaluation; a single run is as noisy as a replicate
-  int gate_seeds = 8;    // simulations a time step is tried with
+  int budget = 120;          // evaluations of the search: design, proposals, local search, profiles
+  int search_seeds = 6;      // simulations an evaluation; a single run is as noisy as a replicate
+  int gate_seeds = 8;        // simulations that a time step is tried with at first,
+  int most_gate_seeds = 32;  // and at most
   int confirmation_seeds = 10;  // fresh runs whose mean is scored
   int choice_candidates = 6;  // evaluations among which fresh seeds choose, beside predicted places
   double largest_time_step_fraction = 0.3;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 
 namespace graintruth::calibrate {
@@ -11,21 +10,88 @@ namespace graintruth::calibrate {
 namespace {
 
 constexpr std::array<double, 3> shares = {1.0, 0.5, 0.25};  // of the largest fraction
-constexpr double confidence_95 = 1.96;                      // standard errors
 
-TimeStepRow row_of(const Comparison& comparison, const Evaluation& at, const Evaluation* at_half) {
-  TimeStepRow row{.parameters = at.parameters,
-                  .fraction = at.time_step_fraction,
-                  .time_step = at.runs.front().time_step,
-                  .objective = at.objective,
-                  .change = std::numeric_limits<double>::quiet_NaN(),
-                  .noise = std::numeric_limits<double>::quiet_NaN(),
-                  .seconds = at.seconds,
-                  .failed = at.failed + at.retried};
-  if (at_half == nullptr) return row;
-  row.change = at.objective - at_half->objective;
-  row.noise = std::hypot(comparison.noise(at.runs), comparison.noise(at_half->runs));
-  return row;
+// One step and its half at every place, by as many seeds as it takes.
+struct StepTried {
+  std::vector<Evaluation> at, at_half;
+  std::vector<StepChange> changes;
+  std::size_t seeds = 0;
+
+  bool fails() const {
+    return std::any_of(at.begin(), at.end(), [](const Evaluation& evaluation) {
+      return evaluation.failed + evaluation.retried > 0;
+    });
+  }
+  // Of the places that are not so far from the best that what changes there changes no answer.
+  std::vector<StepChange> that_matter() const {
+    const Evaluation* best = &at.front();
+    for (const std::vector<Evaluation>* all : {&at, &at_half}) {
+      for (const Evaluation& evaluation : *all) {
+        if (evaluation.objective < best->objective) best = &evaluation;
+      }
+    }
+    std::vector<StepChange> chosen;
+    for (std::size_t place = 0; place < changes.size(); ++place) {
+      if (!is_hopeless(at[place], *best) || !is_hopeless(at_half[place], *best))
+        chosen.push_back(changes[place]);
+    }
+    return chosen;
+  }
+  // Of the worst place.
+  StepVerdict verdict() const {
+    if (fails()) return StepVerdict::changes;
+    StepVerdict worst = StepVerdict::resolved;
+    for (const StepChange& change : that_matter()) {
+      if (change.verdict() == StepVerdict::changes) return StepVerdict::changes;
+      if (change.verdict() == StepVerdict::not_resolved) worst = StepVerdict::not_resolved;
+    }
+    return worst;
+  }
+  // Whether `most` seeds can be enough where these are not. What is left of chance falls with the
+  // root of their number; what nobody knows yet may be little.
+  bool is_worth_more(std::size_t most) const {
+    const double left = std::sqrt(static_cast<double>(seeds) / static_cast<double>(most));
+    if (fails()) return false;
+    for (const auto& [change, noise, allowed] : that_matter()) {
+      const double half_width = noise.half_width;
+      if (std::abs(change) - half_width > allowed) return false;  // it does change
+      if (std::isfinite(half_width) && left * half_width > allowed) return false;
+    }
+    return verdict() != StepVerdict::resolved && seeds < most;
+  }
+};
+
+StepTried try_step(Ensemble& ensemble,
+                   std::span<const ParameterSet> places,
+                   double fraction,
+                   double largest,
+                   std::span<const std::uint64_t> seeds,
+                   const std::function<SimulationProgress(double cost)>& progress) {
+  std::vector<EvaluationPoint> points;
+  for (const double own : {fraction, 0.5 * fraction}) {
+    for (const ParameterSet& place : places) points.push_back({place, own});
+  }
+  const double cost = 1.5 * largest / fraction;  // the mean of the step's and of its half's
+  std::vector<Evaluation> evaluations = ensemble.evaluate(
+      "time_step", points, seeds, progress ? progress(cost) : SimulationProgress{});
+  StepTried tried{.seeds = seeds.size()};
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    tried.at.push_back(std::move(evaluations[place]));
+    tried.at_half.push_back(std::move(evaluations[places.size() + place]));
+    tried.changes.push_back(
+        step_change(ensemble.comparison(), tried.at.back(), tried.at_half.back()));
+  }
+  return tried;
+}
+
+TimeStepRow row_of(const Evaluation& at, std::size_t seeds) {
+  return {.parameters = at.parameters,
+          .fraction = at.time_step_fraction,
+          .time_step = at.runs.front().time_step,
+          .objective = at.objective,
+          .seconds = at.seconds,
+          .seeds = static_cast<int>(seeds),
+          .failed = at.failed + at.retried};
 }
 
 }  // namespace
@@ -34,40 +100,41 @@ TimeStepChoice choose_time_step(Ensemble& ensemble,
                                 std::span<const ParameterSet> places,
                                 double largest,
                                 std::span<const std::uint64_t> seeds,
-                                const SimulationProgress& progress) {
-  // 1. Everything at once: places x shares
-  std::vector<EvaluationPoint> points;
-  for (const ParameterSet& place : places) {
-    for (const double share : shares) points.push_back({place, share * largest});
-  }
-  const std::vector<Evaluation> evaluations =
-      ensemble.evaluate("time_step", points, seeds, progress);
-
-  // 2. The change from each fraction to its half
-  TimeStepChoice choice;
-  for (std::size_t i = 0; i < evaluations.size(); ++i) {
-    const bool has_half = (i + 1) % shares.size() != 0;
-    choice.rows.push_back(
-        row_of(ensemble.comparison(), evaluations[i], has_half ? &evaluations[i + 1] : nullptr));
-  }
-
-  // 3. The largest that passes everywhere
-  for (std::size_t s = 0; s < shares.size() && !choice.converged; ++s) {
-    const bool smallest = s + 1 == shares.size();
-    bool passes = !smallest;
-    double error = 0.0;
-    for (std::size_t place = 0; place < places.size(); ++place) {
-      const TimeStepRow& row = choice.rows[place * shares.size() + s];
-      // Of the smallest only the step from twice its size is known.
-      const double change =
-          smallest ? choice.rows[place * shares.size() + s - 1].change : row.change;
-      passes = passes && row.failed == 0 && std::abs(change) <= confidence_95 * row.noise;
-      error = std::max(error, std::abs(change));
-      choice.time_step = row.time_step;
+                                std::size_t first_seeds,
+                                const std::function<SimulationProgress(double cost)>& progress) {
+  // 1. From the largest step down to one that its half does not contradict
+  std::vector<StepTried> steps;
+  for (std::size_t s = 0; s + 1 < shares.size(); ++s) {
+    const double fraction = shares[s] * largest;
+    std::size_t count = std::min(first_seeds, seeds.size());
+    StepTried tried = try_step(ensemble, places, fraction, largest, seeds.first(count), progress);
+    while (tried.is_worth_more(seeds.size())) {
+      count = std::min(2 * count, seeds.size());
+      tried = try_step(ensemble, places, fraction, largest, seeds.first(count), progress);
     }
-    choice.fraction = shares[s] * largest;
-    choice.discretisation_error = error;
-    choice.converged = passes;
+    steps.push_back(std::move(tried));
+    if (steps.back().verdict() != StepVerdict::changes) break;
+  }
+
+  // 2. That step; or, if the smallest whose half was tried still changes the answer, its half
+  const StepTried& last = steps.back();
+  TimeStepChoice choice{.verdict = last.verdict()};
+  const std::vector<Evaluation>& chosen =
+      choice.verdict == StepVerdict::changes ? last.at_half : last.at;
+  choice.fraction = chosen.front().time_step_fraction;
+  choice.time_step = chosen.back().runs.front().time_step;
+  for (const StepChange& change : last.that_matter())
+    choice.discretisation_error = std::max(choice.discretisation_error, std::abs(change.change));
+
+  // 3. What was tried, place by place
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    std::size_t before = 0;
+    for (const StepTried& step : steps) {
+      choice.rows.push_back(row_of(step.at[place], std::max(before, step.seeds)));
+      choice.rows.back().change = step.changes[place];
+      before = step.seeds;
+    }
+    choice.rows.push_back(row_of(last.at_half[place], last.seeds));
   }
   return choice;
 }
@@ -75,9 +142,9 @@ TimeStepChoice choose_time_step(Ensemble& ensemble,
 double discretisation_error_at(const TimeStepChoice& choice, double fraction) {
   std::map<double, double> error_of = {{0.0, 0.0}};
   for (const TimeStepRow& row : choice.rows) {
-    if (std::isnan(row.change)) continue;
+    if (!row.change) continue;
     double& error = error_of[row.fraction];
-    error = std::max(error, std::abs(row.change));
+    error = std::max(error, std::abs(row.change->change));
   }
   const auto above = error_of.lower_bound(fraction);
   if (above == error_of.end()) return error_of.rbegin()->second;

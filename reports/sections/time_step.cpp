@@ -15,14 +15,29 @@ namespace {
 
 // Whatever a row of the study has beside these is a parameter.
 std::vector<std::string> parameters_of(const Json& row) {
-  constexpr std::string_view others[] = {
-      "fraction", "seconds", "objective", "change", "noise", "cpu_seconds"};
+  constexpr std::string_view others[] = {"fraction",
+                                         "seconds",
+                                         "objective",
+                                         "change",
+                                         "noise",
+                                         "half_width",
+                                         "allowed",
+                                         "seeds",
+                                         "cpu_seconds"};
   std::vector<std::string> names;
   for (const auto& [name, value] : row.items()) {
     if (std::find(std::begin(others), std::end(others), name) == std::end(others))
       names.push_back(name);
   }
   return names;
+}
+
+// 95 % half width of what halving changes. Older runs have its standard error, as if both
+// steps had seeds of their own.
+double half_width_of(const Json& row) {
+  constexpr double confidence_95 = 1.96;
+  const double half_width = number(row, {"half_width"});
+  return std::isfinite(half_width) ? half_width : confidence_95 * number(row, {"noise"});
 }
 
 // The fractions tried at one place of the parameter range.
@@ -56,7 +71,9 @@ TableView study_table(const std::vector<Study>& studies) {
                   {"Time step (s)"},
                   {"Objective"},
                   {"Change on halving"},
-                  {"Standard error of the change"},
+                  {"Give or take (95 %)"},
+                  {"Allowed"},
+                  {"Seeds"},
                   {"Processor time"}});
   TableView table("The objective at smaller time steps", columns);
   int place = 0;
@@ -70,7 +87,9 @@ TableView study_table(const std::vector<Study>& studies) {
                     significant(number(row, {"seconds"})),
                     significant(number(row, {"objective"}), 4),
                     significant(number(row, {"change"}), 2),
-                    significant(number(row, {"noise"}), 2),
+                    significant(half_width_of(row), 2),
+                    significant(number(row, {"allowed"}), 2),
+                    plain(number(row, {"seeds"})),
                     seconds(number(row, {"cpu_seconds"}))});
       table.add_row(cells);
     }
@@ -80,7 +99,6 @@ TableView study_table(const std::vector<Study>& studies) {
 
 // Objectives are drawn from that at the smallest step: places differ by far more than steps do.
 Figure study_figure(const std::vector<Study>& studies) {
-  constexpr double confidence_95 = 1.96;
   FigureChoice choice;
   int place_number = 0;
   for (const Study& study : studies) {
@@ -88,10 +106,10 @@ Figure study_figure(const std::vector<Study>& studies) {
     const std::string shade = fmt::format("var(--stage{})", place_number % 6);
     const std::vector<double> fraction = study.column("fraction");
     const auto smallest = std::min_element(fraction.begin(), fraction.end()) - fraction.begin();
-    std::vector<double> difference = study.column("objective"), bar = study.column("noise");
+    std::vector<double> difference = study.column("objective"), bar;
     const double least = difference[static_cast<std::size_t>(smallest)];
     for (double& value : difference) value -= least;
-    for (double& value : bar) value *= confidence_95;
+    for (const Json& row : study.rows) bar.push_back(half_width_of(row));
     Json objective = line(fraction, difference, label, shade);
     objective["mode"] = "lines+markers";
     objective["error_y"] = {{"type", "data"}, {"array", plot_numbers(bar)}, {"thickness", 1.5}};
@@ -110,8 +128,9 @@ Figure study_figure(const std::vector<Study>& studies) {
       .id = "time-step-study",
       .caption =
           "Above: the objective less that at the smallest step. Below: the processor time. Bars "
-          "are 1.96 standard errors of the change on halving. Where the left neighbour of a point "
-          "lies within its bar, a smaller step changes nothing that can be told from noise.",
+          "are the 95 % interval of the change on halving. Where the left neighbour of a point "
+          "lies "
+          "within its bar, a smaller step changes nothing that can be told from noise.",
       .height = 460,
       .layout = {{"xaxis",
                   axis("Time step, fraction of the largest stable one",
@@ -154,7 +173,13 @@ Section time_step_section(const RunData& data, Section section) {
          "damping, so step and parameters can make up for each other. These parameters hold at "
          "this time step only."});
   }
-  if (at(time_step, {"converged"}) == false) {
+  if (text(time_step, {"verdict"}) == "not_resolved") {
+    section.add_warnings(
+        {"The time step is not resolved: runs scatter so much that nobody can tell whether a "
+         "smaller "
+         "step changes the results. Compare what scatters less from run to run, or check the "
+         "results at half the time step."});
+  } else if (at(time_step, {"converged"}) == false) {
     section.add_warnings(
         {"The objective still changes by more than noise between the two smallest time steps: the "
          "results depend on the time step."});
@@ -164,16 +189,19 @@ Section time_step_section(const RunData& data, Section section) {
     section.add_paragraph(
         "The time step was chosen before the search. It was not tuned with the parameters: a "
         "coarse step acts like damping, and the search could use it in place of a parameter. "
-        "Chosen is the largest step at which halving changes nothing that can be told from noise.");
+        "Halving it may change the objective by no more than half of what other replicates could "
+        "change (allowed), and that must be shown: the change with its 95 % interval must fit in. "
+        "Where runs scatter, more seeds are spent.");
   }
   const double change = number(time_step, {"at_half", "objective_change"});
   const double points = number(time_step, {"at_half", "agreement_change_points"});
   if (std::isfinite(change)) {
     section.add_paragraph(fmt::format(
-        "At the parameters found, half the step changes the objective by {} (noise of the change: "
-        "{}){}.",
+        "At the parameters found, half the step changes the objective by {} (give or take {}; "
+        "allowed {}){}.",
         significant(change, 2),
-        significant(number(time_step, {"at_half", "noise"}), 2),
+        significant(half_width_of(at(time_step, {"at_half"})), 2),
+        significant(number(time_step, {"at_half", "allowed"}), 2),
         std::isfinite(points) ? fmt::format(" and the agreement by {} points", decimal(points, 1))
                               : ""));
   }

@@ -55,7 +55,9 @@ struct Held {
     testing::Test::RecordProperty("wall", wall);
     for (const int held : {between, wall}) {
       EXPECT_GE(held, least);
-      if (!are_few) EXPECT_LE(held, most);
+      if (!are_few) {
+        EXPECT_LE(held, most);
+      }
     }
   }
 };

@@ -83,7 +83,9 @@ Json step(double friction, double fraction, double objective, const Json& change
           {"seconds", 6.25e-5 * fraction},
           {"objective", objective},
           {"change", change},
-          {"noise", change.is_null() ? Json() : Json(0.0031)},
+          {"half_width", change.is_null() ? Json() : Json(0.0031)},
+          {"allowed", change.is_null() ? Json() : Json(0.0092)},
+          {"seeds", 8},
           {"cpu_seconds", cpu}};
 }
 

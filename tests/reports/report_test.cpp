@@ -156,6 +156,7 @@ TEST_F(Report, ShowsEveryNumberThatARunLeavesBehind) {
         "7.34 mm",                                                        // agreement
         "of 780",      "0.2389",         "0.0058",      "predicts 96 %",  // search
         "1.25 × 10⁻⁵", "0.2413",         "−0.00090",    "25 s",
+        "0.0092",
         "0.0031",                                                         // time step
         "1.103",       "98.4 %",         "0.31",        "0.200 ± 0.006",  // films
         "112",         "1136",           "12 min 34 s", "0123456789abcdef",
