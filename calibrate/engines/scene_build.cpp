@@ -282,6 +282,22 @@ void check_period(const SceneData& file, const BuiltScene& built) {
                     1e3 * length,
                     4e3 * reach));
   }
+  const bool fills = std::any_of(file.particles.begin(),
+                                 file.particles.end(),
+                                 [](const auto& particle) { return particle.count > 0; });
+  for (int axis = 0; fills && axis < 3; ++axis) {
+    const double from = file.period.low[axis], to = from + file.period.length[axis];
+    if (to == from || (file.fill.low[axis] >= from && file.fill.high[axis] <= to)) continue;
+    throw InputError(fmt::format(
+        "{}: the region of [fill] goes from {:.4g} to {:.4g} mm along {}, but the period "
+        "from {:.4g} to {:.4g} mm; grains must begin within it.",
+        built.origin,
+        1e3 * file.fill.low[axis],
+        1e3 * file.fill.high[axis],
+        "xyz"[axis],
+        1e3 * from,
+        1e3 * to));
+  }
   for (std::size_t owner = 0; owner < file.walls.size(); ++owner)
     check_wall_at_period(built, owner, file.walls[owner], reach);
 }

@@ -503,10 +503,15 @@ ScenePeriod read_period(TomlSection section, bool is_planar) {
       section.fail(as_written, "is given, but one layer does not repeat along y");
     if (!((*ends)[1] > (*ends)[0]))
       section.fail(as_written, "must be two numbers, the smaller first");
+    if (!(std::max(std::abs((*ends)[0]), std::abs((*ends)[1])) <= place_range.upper))
+      section.fail(as_written, fmt::format("must be two places, each {}", place_range.words));
     period.low[axis] = (*ends)[0];
     period.length[axis] = (*ends)[1] - (*ends)[0];
   }
   section.finish();
+  if (!period.is_given())
+    section.fail("x_mm",
+                 "is missing, as are y_mm and z_mm: give the ends of the cell along one of them");
   return period;
 }
 
