@@ -16,6 +16,8 @@ namespace graintruth::datasets {
 
 namespace {
 
+constexpr std::string_view not_finite = "has a number that is not finite";
+
 // Levenshtein distance: the fewest single-letter changes that turn one word into the other.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -231,7 +233,8 @@ std::vector<std::vector<double>> TomlSection::rows(std::string_view stem,
       std::vector<double> numbers;
       for (const toml::node& cell : *row) {
         const auto value = cell.is_number() ? cell.value<double>() : std::nullopt;
-        if (!value || !std::isfinite(*value)) fail(key, needed);
+        if (!value) fail(key, needed);
+        if (!std::isfinite(*value)) fail(key, not_finite);
         numbers.push_back(*value * unit.in_si);
       }
       all.push_back(std::move(numbers));
@@ -255,7 +258,8 @@ std::optional<std::vector<double>> TomlSection::optional_numbers(std::string_vie
     found.emplace();
     for (const toml::node& cell : *list) {
       const auto value = cell.is_number() ? cell.value<double>() : std::nullopt;
-      if (!value || !std::isfinite(*value)) fail(key, needed);
+      if (!value) fail(key, needed);
+      if (!std::isfinite(*value)) fail(key, not_finite);
       found->push_back(*value * unit.in_si);
     }
   }

@@ -219,6 +219,7 @@ TEST(SceneRun, APeriodThatCannotBeIsRefused) {
   expect_part(said("x_mm = [-35, 35]", "top, left, right"), "behind them, along x");
   expect_part(said("w_mm = [-35, 35]", "top"), "w_mm");
   expect_part(said("", "top"), "'periodic.x_mm' is missing");
+  expect_part(said("x_mm = [nan, 35]", "top"), "'periodic.x_mm' has a number that is not finite");
   expect_part(said("x_mm = [1e12, 1000000000040]", "top, left, right"), "within 10 km");
   expect_part(said("x_mm = [-20, 35]", "top, left, right"),
               "region of [fill] goes from -35 to 35 mm");
