@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <limits>
 
+#include "calibrate/compare/hypothesis_tests.h"
 #include "calibrate/knowledge/foreign_replicates.h"
 #include "calibrate/observables/bed_profile.h"
 #include "calibrate/observables/steady_surface.h"
@@ -35,30 +34,11 @@ std::string at_surface(const Outline& outline) {
   return outline.surface.empty() ? "" : fmt::format(" '{}'", outline.surface);
 }
 
-// m, of what surely stood on the surface's floor before the event; none where nothing did.
-struct Span {
-  double from = std::numeric_limits<double>::infinity(), to = -from;
-  bool is_any() const { return to > from; }
-};
-Span first_span(const Seen& seen, const SeenOutline::Surface& surface) {
-  Span span;
-  for (const SeenOutline::Polygon& polygon : seen.rig().grains_before) {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector2d& corner : polygon) lowest = std::min(lowest, corner.y());
-    if (lowest < surface.floor_z || (surface.top_z && lowest > *surface.top_z)) continue;
-    for (const Eigen::Vector2d& corner : polygon) {
-      span.from = std::min(span.from, corner.x());
-      span.to = std::max(span.to, corner.x());
-    }
-  }
-  return span;
-}
-
 void doubt_ends(const Seen& seen, const Outline& outline, std::vector<Warning>& doubts) {
   const auto profile = profile_at_rest(*seen.recording, seen.situation, outline.surface);
   if (!profile || !apex_of(*profile)) return;
   const SeenOutline::Surface surface = surface_of(seen.situation, outline.surface);
-  const Span first = first_span(seen, surface);
+  const Span first = first_span(seen.situation, outline.surface);
   for (const Side side : {Side::left, Side::right}) {
     const bool to_left = side == Side::left;
     const double end = to_left ? surface.from_x : surface.to_x;
@@ -132,7 +112,7 @@ void doubt_side(const Seen& seen, const Outline& outline, std::vector<Warning>& 
                            drum->turning > 0.0 ? "counter-clockwise" : "clockwise"));
     return;
   }
-  const Span first = first_span(seen, surface);
+  const Span first = first_span(seen.situation, outline.surface);
   const double middle = 0.5 * (surface.from_x + surface.to_x);
   if (!first.is_any() || (first.from < middle && first.to > middle)) return;
   const auto profile = profile_at_rest(*seen.recording, seen.situation, outline.surface);
@@ -153,7 +133,7 @@ void doubt_side(const Seen& seen, const Outline& outline, std::vector<Warning>& 
 // What stands between an end and a gate is as wide as is stated.
 void doubt_width(const Seen& seen, const Outline& outline, std::vector<Warning>& doubts) {
   const SeenOutline::Surface surface = surface_of(seen.situation, outline.surface);
-  const Span first = first_span(seen, surface);
+  const Span first = first_span(seen.situation, outline.surface);
   if (!first.is_any() || outline.time.front() > 0.0) return;
   const BedProfile before = profile_at(outline, 0, seen.situation);
   if (!apex_of(before)) return;
@@ -203,7 +183,7 @@ void doubt_centres(std::span<const Seen> all, std::vector<Warning>& doubts) {
   for (const double one : aside) mean += one / n;
   for (const double one : aside) squares += (one - mean) * (one - mean);
   const double error = std::sqrt(squares / (n - 1.0) / n);
-  const double t = boost::math::quantile(boost::math::students_t(n - 1.0), 1.0 - 0.5 * false_alarm);
+  const double t = student_t_quantile(1.0 - 0.5 * false_alarm, n - 1.0);
   constexpr double quarter = 0.25;  // of a grain, as a foot is known
   if (!(std::abs(mean) > quarter * all.front().grain() && std::abs(mean) > t * error)) return;
   doubts.push_back(datasets::first_line(

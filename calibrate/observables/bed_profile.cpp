@@ -254,27 +254,26 @@ double foot_of(const BedProfile& profile, Side side, const Situation& situation)
   return profile.x[static_cast<std::size_t>(i - outwards)] + static_cast<double>(outwards) * half;
 }
 
+Span first_span(const Situation& situation, std::string_view surface) {
+  const datasets::SeenOutline::Surface own = surface_of(situation, surface);
+  Span span;
+  for (const datasets::SeenOutline::Polygon& polygon : situation.rig.seen_outline->grains_before) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& corner : polygon) lowest = std::min(lowest, corner.y());
+    if (lowest < own.floor_z || (own.top_z && lowest > *own.top_z)) continue;
+    for (const Eigen::Vector2d& corner : polygon) span.reach(corner.x());
+  }
+  return span;
+}
+
 double first_width(const Situation& situation, std::string_view surface) {
   const datasets::SeenOutline& seen = *situation.rig.seen_outline;
   if (seen.drum) return 2.0 * seen.drum->radius;
-  double left = std::numeric_limits<double>::infinity(), right = -left;
-  const auto reach = [&](const datasets::SeenOutline::Polygon& polygon) {
-    for (const Eigen::Vector2d& corner : polygon) {
-      left = std::min(left, corner.x());
-      right = std::max(right, corner.x());
-    }
-  };
-  const datasets::SeenOutline::Surface own = surface_of(situation, surface);
-  const auto stands_there = [&](const datasets::SeenOutline::Polygon& polygon) {
-    double middle = 0.0;
-    for (const Eigen::Vector2d& corner : polygon)
-      middle += corner.y() / static_cast<double>(polygon.size());
-    return surface.empty() || (middle > own.floor_z && !(own.top_z && middle > *own.top_z));
-  };
-  for (const datasets::SeenOutline::Polygon& polygon : seen.grains_before)
-    if (stands_there(polygon)) reach(polygon);
-  if (seen.grains_before.empty() && seen.mover && surface.empty()) reach(seen.mover->drawing);
-  return right > left ? right - left : 0.0;
+  Span span = first_span(situation, surface);
+  if (seen.grains_before.empty() && seen.mover && surface.empty()) {
+    for (const Eigen::Vector2d& corner : seen.mover->drawing) span.reach(corner.x());
+  }
+  return span.is_any() ? span.to - span.from : 0.0;
 }
 
 std::vector<double> bottom_of(const Situation& situation, std::string_view surface) {

@@ -2,6 +2,8 @@
 // simulated alike.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -72,6 +74,19 @@ std::optional<Flank> slope_of(const BedProfile& profile, Side side, const Situat
 // m: where the bed ends on one side, walking outwards from the apex: where it falls below one grain
 // diameter. Lone grains are no bed. NaN where something hides it.
 double foot_of(const BedProfile& profile, Side side, const Situation& situation);
+
+// m; none where it does not reach from anywhere to anywhere.
+struct Span {
+  double from = std::numeric_limits<double>::infinity(), to = -from;
+  bool is_any() const { return to > from; }
+  void reach(double x) {
+    from = std::min(from, x);
+    to = std::max(to, x);
+  }
+};
+
+// Of the grains that surely stand on the floor of a surface before the event.
+Span first_span(const Situation& situation, std::string_view surface);
 
 // m: of what holds the bed before the event, a column or a tube with its wall.
 // Of a surface of several, what stood on its floor; 0 where nothing did.

@@ -77,9 +77,8 @@ class DrumSurface final : public OfSurface {
 
 }  // namespace
 
-extern constinit const ObservableKind drum_surface_kind{
-    .name = "drum_surface",
-    .make = make_of_outlines<DrumSurface>,
-    .make_of_surface = make_of_surface<DrumSurface>};
+// A drum has one surface
+extern constinit const ObservableKind drum_surface_kind{.name = "drum_surface",
+                                                        .make = make_of_outlines<DrumSurface>};
 
 }  // namespace graintruth::calibrate

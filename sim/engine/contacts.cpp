@@ -190,7 +190,8 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
                                   ContactList<D>& fresh,
                                   ContactList<D>& list) const {
   begin_list(list, fresh);
-  std::vector<Vec3> bodys, spheres;  // where they are, and where they may soon be
+  // Where a body and a sphere of it are, and where they may soon be
+  std::vector<Vec3> body_places, sphere_places;
   const auto is_near = [&walls](int w, double reach, const std::vector<Vec3>& places) {
     return std::any_of(places.begin(), places.end(), [&](const Vec3& place) {
       return look_at(walls[w], place).distance < reach;
@@ -198,20 +199,21 @@ void ContactSearch<D>::find_walls(const Bodies<D>& bodies,
   };
   for (int i = slab.begin; i < slab.end; ++i) {
     const double reach = bodies.kind_of(i).bounding_radius + margin;
-    find_images(bodies, bodies.motion[i].position, reach, bodys);
+    find_images(bodies, bodies.motion[i].position, reach, body_places);
     int of_group = -1;
     for (const int w : wall_bodies.order) {
       if (wall_bodies.of_wall[w] != of_group) fresh.close_group();
       of_group = wall_bodies.of_wall[w];
       const Box& box = wall_boxes_[w];
-      const bool is_far = std::all_of(bodys.begin(), bodys.end(), [&](const Vec3& place) {
-        return box.distance_bound(place) >= reach;
-      });
-      if (is_far || !is_near(w, reach, bodys)) continue;
+      const bool is_far =
+          std::all_of(body_places.begin(), body_places.end(), [&](const Vec3& place) {
+            return box.distance_bound(place) >= reach;
+          });
+      if (is_far || !is_near(w, reach, body_places)) continue;
       for (int s = bodies.first_sphere[i]; s < bodies.first_sphere[i + 1]; ++s) {
         const PlacedSphere<D>& sphere = bodies.spheres[s];
-        find_images(bodies, sphere.centre, reach, spheres);
-        if (is_near(w, sphere.radius + margin, spheres)) fresh.add(s, w);
+        find_images(bodies, sphere.centre, reach, sphere_places);
+        if (is_near(w, sphere.radius + margin, sphere_places)) fresh.add(s, w);
       }
     }
     fresh.close_group();

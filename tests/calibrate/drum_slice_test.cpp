@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "calibrate/compare/hypothesis_tests.h"
 #include "calibrate/observables/steady_surface.h"
 #include "calibrate/problem.h"
 #include "tests/support/temporary_folder.h"
@@ -99,8 +99,7 @@ Mean mean_of(const std::vector<double>& values) {
 TEST(DrumSlice, IsAsSteepOnePeriodDeepAsTwo) {
   const Mean one = mean_of(slopes_of(1, false)), two = mean_of(slopes_of(2, false));
   const double error = std::hypot(one.error, two.error);
-  const boost::math::students_t distribution(2.0 * (seeds - 1.0));
-  EXPECT_NEAR(one.value, two.value, boost::math::quantile(distribution, 0.995) * error);
+  EXPECT_NEAR(one.value, two.value, student_t_quantile(0.995, 2.0 * (seeds - 1.0)) * error);
   EXPECT_LT(error, 1.5);  // so that it can fail: panes make it steeper by more
   const Mean panes = mean_of(slopes_of(1, true));
   EXPECT_GT(panes.value, std::max(one.value, two.value) + 2.0 * std::hypot(error, panes.error));
